@@ -7,8 +7,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from gait_lab.bench import command as bench
 from gait_lab.command_line import Command, Parser, add_commands, argument
-from gait_lab.commands import bench, fingerprint, results, tune
 from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE, accept_any_locale
 from robot_core.errors import NaoGaitError, one_line
 from robot_core.ros.executable import import_advice, sourced_ros
@@ -134,6 +134,49 @@ _VIEW = (
     argument("--duration", type=float, default=math.inf, metavar="S",
              help="end after S s of wall time"),
 )  # fmt: skip
+_TUNE = (
+    argument("study", metavar="STUDY",
+             help="shipped name ({studies}) or YAML file; it names robot, plant and parameters"),
+    argument("--method", metavar="M", help="surrogate, pso, cma, tpe, random (the study's)"),
+    argument("--trials", type=int, metavar="N", help="trials (the study's own)"),
+    argument("--workers", type=int, metavar="N", help="processes (all cores)"),
+    argument("--resume", action="store_true", help="continue the study in --out"),
+    argument("--join", action="store_true",
+             help="help the tuner that leads this study, from here or another machine: search "
+             "only"),
+    argument("--storage", metavar="URL",
+             help="database of the trials that several machines share (a file in --out)"),
+    argument("--out", type=Path, metavar="DIR", help="trials, preset, report (out/tune/STUDY)"),
+    argument("--seed", type=int, default=0, metavar="S", help="seed of the method (0)"),
+    argument("--engine", metavar="E", help="physics engine of the search (the study's)"),
+    argument("--no-confirm", action="store_false", dest="confirm",
+             help="do not confirm the winner on unseen robots"),
+    argument("--confirm-on", action="append", default=[], metavar="ENGINE/PLANT", dest="places",
+             help="where to confirm it instead of the study's places; may be repeated"),
+)  # fmt: skip
+_RESULTS = (
+    argument("--quick", action="store_true",
+             help="few robots, short windows; uncommitted changes are allowed"),
+    argument("--only", action="append", default=[], metavar="SECTION",
+             help="only this section, e.g. speed; may be repeated"),
+    argument("--allow-dirty", action="store_true",
+             help="measure although there are uncommitted changes"),
+    argument("--mark-stale", action="store_true",
+             help="measure nothing; mark the results whose walk has changed"),
+    argument("--placo-python", metavar="PATH",
+             help="Python of an environment that has placo; without it the section peers is left "
+             "out"),
+    argument("--docs", type=Path, metavar="DIR",
+             help="folder of results.md and results.csv (docs)"),
+    _JOBS,
+)  # fmt: skip
+_FINGERPRINT = (
+    argument("--engine", action="append", choices=("mujoco", "pybullet"),
+             help="only this engine; may be given twice"),
+    argument("--compare", type=Path, metavar="FILE",
+             help="compare with an earlier output of this command"),
+    _JOBS,
+)  # fmt: skip
 _TEACH = {
     "record": Command("poses of the running robot become a file", "gait_lab.drive.teach:record", (
         _MOTION, _ROBOT, _NAMESPACE,
@@ -236,10 +279,11 @@ COMMANDS = {
                        (argument("folder", type=Path, nargs="?", default=Path("build/compiled"),
                                  metavar="FOLDER", help="target folder (build/compiled)"),)),
     "fingerprint": Command("hashes of reference rollouts: same hash, same walk",
-                           declare=fingerprint.add),
-    "results": Command("measure what docs/results.md reports, on one commit", declare=results.add),
+                           "gait_lab.bench.compare:command", _FINGERPRINT),
+    "results": Command("measure what docs/results.md reports, on one commit",
+                       "gait_lab.bench.results:command", _RESULTS),
     "tune": Command("search parameters of the gait by a study; a preset comes out",
-                    declare=tune.add),
+                    "gait_lab.tune.run:command", _TUNE),
     "record": Command("record topics to a bag (rosbag2; MCAP or sqlite3)",
                       "gait_lab.record.recorder:command", _RECORD),
     "report": Command("a page in one file about a recorded walk, or about two",

@@ -35,7 +35,6 @@ class StandRange:
     Attributes:
         low: Lowest [m]; NaN if there is none.
         high: Highest [m].
-        joint: The joint that works hardest at the stand pose.
         torque: Its torque [N m].
         available: Torque that its motor has there [N m].
     """

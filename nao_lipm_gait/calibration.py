@@ -68,10 +68,6 @@ class SensorCorrection:
     """Takes constant errors out of the sensors and puts them into the joint targets.
 
     A relative tilt of the soles is shared by both ankles, because which joint causes it is unknown.
-
-    Args:
-        robot: The robot.
-        calibration: Its calibration.
     """
 
     def __init__(self, robot: RobotDescription, calibration: Calibration) -> None:

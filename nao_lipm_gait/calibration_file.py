@@ -56,10 +56,6 @@ def _rounded(values: Settings) -> dict[str, Any]:
 def load_calibration(path: str | Path, robot: RobotDescription) -> Calibration:
     """Read a calibration file.
 
-    Args:
-        path: The file.
-        robot: The robot that will use it.
-
     Returns:
         The constant errors of its sensors.
 

@@ -57,8 +57,6 @@ class ModeInputs(NamedTuple):
     """What the modes depend on in one tick, besides the robot and the walk.
 
     Attributes:
-        command: Commanded velocity.
-        settled: The robot stands in its stand pose.
         gets_up: A fallen robot gets up without a request.
         dt: Time [s] since the last tick.
         lifted: See `SensorFrame`.
@@ -130,11 +128,9 @@ class Modes:
         walk: Progress of the walk.
 
     Attributes:
-        state: Current mode.
         fell: A fall was detected in the last tick.
         resumes: The first frame continues the motion pose that was held before a restart.
         put_up: A fall before a restart is over if the first frame shows an upright robot at rest.
-        motions: Running and requested motions.
     """
 
     def __init__(

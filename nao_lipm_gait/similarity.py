@@ -158,11 +158,8 @@ class Proportions(NamedTuple):
     """Lengths of a robot's image, by which the NAO's parameters fit another robot [m].
 
     Attributes:
-        sole_length: Length of a sole.
         sole_middle: Middle of the sole ahead of its frame.
-        sole_width: Width of a sole.
         sole_inside: From the sole's frame to its inner edge.
-        hip: From the middle to a hip.
         pace: Lowest no-load speed of hip pitch, knee and ankle pitch [rad/s].
     """
 

@@ -192,9 +192,6 @@ class _AxisHold:
         difference: Largest difference between the command and its lagged value in a steady walk.
         error_max: Largest speed error that is learned from.
         offset_max: Largest correction.
-
-    Attributes:
-        offset: Learned correction.
     """
 
     __slots__ = ("_difference", "_error_max", "_expected", "_offset_max", "_steps", "offset")

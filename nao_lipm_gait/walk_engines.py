@@ -14,7 +14,6 @@ class WalkKind(NamedTuple):
     Attributes:
         engine: Its class with its module, called as `engine(parameters, control_period)`; a
             `nao_lipm_gait.walks.base.Walk`.
-        parameters: The class of its parameters with its module.
         meaning: One phrase for the documentation of the parameter `walk`.
         flat_stance: The stance sole of an undisturbed walk stays flat on the ground, so that it
             shows the vertical; it then reveals a jump of the gyro's bias.

@@ -4,6 +4,7 @@ import contextlib
 import socket
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 
 from rcss_bridge.codec import Unframer, framed, init
 from robot_core.errors import NaoGaitError
@@ -21,7 +22,7 @@ class ServerGoneError(NaoGaitError):
     """The connection is over: the server has ended, or has dropped or refused the player."""
 
 
-class Client:
+class Client(AbstractContextManager["Client"]):
     """A player's connection; use it as a context manager.
 
     Args:
@@ -56,9 +57,6 @@ class Client:
         self._socket: socket.socket | None = None
         self._unframer = Unframer()
         self.heard = False
-
-    def __enter__(self) -> "Client":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -12,6 +12,7 @@ Every field is checked however the group is made: in code, from a mapping or fro
 refusal is one NaoGaitError with the path of the field, its value and what is allowed.
 """
 
+import contextlib
 import difflib
 import math
 import os
@@ -467,6 +468,23 @@ def read_bytes(path: Path, what: str, largest: int) -> bytes:
         raise
     except (OSError, ValueError) as error:  # ValueError: a path that cannot be one
         raise NaoGaitError(where, str(error), allowed) from error
+
+
+def write_text(path: Path, text: str, field: str) -> None:
+    """Write a file in one step, so that it is never incomplete, and the folders above it.
+
+    Raises:
+        NaoGaitError: It cannot be written; `field` names the option that asks for it.
+    """
+    part = path.with_name(f"{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
+        raise NaoGaitError(field, str(path), f"a file that can be written ({error})") from error
 
 
 def parse_yaml(text: str, where: str) -> Any:

@@ -73,7 +73,6 @@ class Sole:
 
     Attributes:
         name: Name of the sole frame.
-        parent: Name of the foot link.
         position: (3,) [m] in the foot link.
         rotation: (3, 3), sole to foot link.
         points: (3,) [m] centres of the contact spheres in the sole frame; the lowest points of the

@@ -41,7 +41,6 @@ class HeatModel:
     """Heat and battery of one robot.
 
     Attributes:
-        state: As of the last step.
         energy: [J] taken from the battery since the start.
         final: (n,) [deg C] to which the load of the last step would lead in the end.
     """

@@ -330,10 +330,6 @@ def load_plant(name_or_path: str) -> Plant:
 def _sections(path: Path, above: tuple[Path, ...]) -> dict[str, dict[str, Any]]:
     """The options of a plant file over those of its base, by section and name.
 
-    Args:
-        path: The file.
-        above: Resolved paths of the files that are based on this one.
-
     Returns:
         Checked values; required ones may still be missing.
 

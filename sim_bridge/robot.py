@@ -53,7 +53,6 @@ class RobotSpec:
     """A robot of a world.
 
     Attributes:
-        robot: Description of this kind of robot.
         seed: Number of the individual; -1 = the nominal robot.
         noise_seed: Seed of the sensor noise, at least 0.
         sensor_delay: [s], 0 to 1; None = the plant's.

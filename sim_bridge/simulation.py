@@ -1,8 +1,9 @@
 """One simulated robot, stepped from Python: joint targets in, sensors and ground truth out."""
 
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import replace
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,7 +51,7 @@ class _Given(Responder):
         return True
 
 
-class Simulation:
+class Simulation(AbstractContextManager["Simulation"]):
     """One simulated robot. It depends on its arguments and the targets alone.
 
     Use it as a context manager, or call `close`.
@@ -195,9 +196,6 @@ class Simulation:
         if self._ticks is None:
             raise NaoGaitError(method, "no reset before it", f"{method} after reset")
         return self._ticks
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -48,7 +48,6 @@ class TrueState(NamedTuple):
         torso_angular_velocity: (3,) [rad/s] in the torso frame.
         joint_position: (n,) [rad], true angles.
         joint_velocity: (n,) [rad/s].
-        pose: Centre of mass and soles in that configuration.
         joint_torque: (n,) [N m] of the motors during the last step.
         sole_wrench: left, right (6,): force [N] and torque [N m] of the floor on the sole, about
             the origin of the sole frame, in its axes.

@@ -21,7 +21,6 @@ class Fixture:
     """A thing that does not move.
 
     Attributes:
-        name: Unique.
         kind: `post`, `bar`, `net` or `pole`. A net takes the speed of a ball.
         shape: In the world.
     """
@@ -36,11 +35,9 @@ class Surroundings:
     """The world without its robots.
 
     Attributes:
-        ground: Prisms that rise above the floor.
         ball: None = none.
         field: Lines and carpet; None = a plain floor.
         goals: None = none.
-        poles: Landmarks.
     """
 
     ground: tuple[Prism, ...] = ()

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from typing import Self
 
 import numpy as np
@@ -27,7 +28,7 @@ MAX_BALL_SPEED = 20.0
 _SECOND = 1_000_000_000
 
 
-class World:
+class World(AbstractContextManager["World"]):
     """Robots on one floor in one physics engine. No threads, no wall clock.
 
     Nothing but contact and the shared floor connects the robots: each has its own errors, sensor
@@ -297,9 +298,6 @@ class World:
     def close(self) -> None:
         """Free the engine; may be called more than once."""
         self._engine.close()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -14,9 +14,9 @@ import sqlite3
 import tempfile
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any
 
 import numpy as np
@@ -64,7 +64,7 @@ Wanted = Callable[[str, str], bool]
 """Whether messages of a topic and a type are read."""
 
 
-class BagWriter:
+class BagWriter(AbstractContextManager["BagWriter"]):
     """Writes a rosbag2 folder, which is complete also if the recording ends by an error.
 
     A killed process loses the last moment and metadata.yaml. `open_bag` does without it; for the
@@ -169,15 +169,7 @@ class BagWriter:
             with self._storing():
                 self._writer.close()
 
-    def __enter__(self) -> "BagWriter":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
@@ -187,7 +179,6 @@ class TopicSummary:
 
     Attributes:
         type: `package/msg/Name`.
-        count: Number of messages.
     """
 
     type: str
@@ -199,10 +190,8 @@ class BagContents:
     """What was found in a bag.
 
     Attributes:
-        path: Path of the bag.
         messages: (log time [ns], message) of the wanted topics, in the order of the log; empty for
             a topic that the bag lacks.
-        topics: All topics of the bag.
         remarks: What was wrong with the bag, in words; empty for a whole one.
     """
 

@@ -57,7 +57,6 @@ class BodyTrack:
         sole: (t, 2, 4, 4) poses of the left and the right sole.
         com: (t, 3) [m] from the joints and the masses of the model.
         links: (t, l, 4, 4) poses of the links that were asked for.
-        from_truth: The torso pose is ground truth.
     """
 
     stamp: IntArray
@@ -75,12 +74,6 @@ def follow_body(
 
     The torso is at its true pose; without ground truth it is placed by odometry, with the lower
     sole flat on the ground.
-
-    Args:
-        walk: The recording.
-        robot: Its robot.
-        links: Links whose poses are wanted.
-        every: Use every n-th joint state.
     """
     stamps = walk.position.stamp[::every]
     columns = [walk.joint_names.index(name) for name in robot.joint_names]

@@ -86,19 +86,15 @@ class RecordedWalk:
     """The topics of one bag.
 
     Attributes:
-        name: Name of the bag's folder.
-        bag: The contents as read.
         parts: Topic by part, see `PARTS`.
         missing: Which parts the bag lacks, in words.
         remarks: What was wrong with the bag, in words.
         step: Which part is used of a bag whose clock was set, in words; empty for any other.
         origin: [ns] the zero of every time axis.
         age: [ns] median age of the sensors when they were recorded; 0 if unknown.
-        joint_names: Joint names of the joint states.
         position: (t, j) [rad].
         velocity: (t, j) [rad/s].
         effort: (t, j) [N m].
-        target_names: Joints of the targets.
         targets: (t, k) [rad]; the stamp is that of the joint state that is answered.
         command: (t, 3) [m/s, m/s, rad/s].
         truth: (t, 10) torso in world: x, y, z [m], quaternion xyzw, velocity in the torso frame
@@ -111,7 +107,6 @@ class RecordedWalk:
         wrenches: Left, right: (t, 6) force [N] and torque [N m] in the sole frame.
         push: (t, 3) [N] in world.
         support: (arrival [ns], state and support foot) at each change.
-        footsteps: What the gait drew.
         diagnostics: (arrival [ns], values by name).
         urdf: The robot_description; None without one.
         seen: (stamp [ns] of the image, `vision/percepts`), in order.

@@ -1,6 +1,7 @@
 """Pictures of the robot: poses put into a PyBullet scene and drawn by its software renderer."""
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -44,7 +45,7 @@ class Camera:
     height: float = 0.22
 
 
-class Renderer:
+class Renderer(AbstractContextManager["Renderer"]):
     """A robot without physics, posed and photographed."""
 
     def __init__(self, robot: RobotDescription, individual: Individual) -> None:
@@ -130,9 +131,6 @@ class Renderer:
     def close(self) -> None:
         """Free the engine."""
         self._bullet.disconnect(physicsClientId=self._client)
-
-    def __enter__(self) -> "Renderer":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -114,7 +114,6 @@ class Case:
 
     Attributes:
         engine: `mujoco` or `pybullet`.
-        robot: Name of the URDF.
         name: `walk/PRESET`, `side/PRESET`, `sway/PRESET`, `motion/ROBOT/MOTION`, `fault/FAULT`,
             `soccer/play` or `soccer/match`.
     """
@@ -134,7 +133,6 @@ class Fingerprint:
     """Hash and end pose of a reference rollout.
 
     Attributes:
-        key: ENGINE/ and the name of the case.
         digest: The first 16 hexadecimal digits of a SHA-256.
         pose: Where the torso ended: x, y [m] in the world, yaw [rad]; of several robots the sums.
     """

@@ -11,6 +11,8 @@ from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from robot_core.errors import NaoGaitError
 from robot_core.resources import names
 from sim_bridge.plant import Plant, load_plant, option_text, parse_options, with_options
+from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.result_cache import ResultCache
 from sim_bridge.trials.tasks import SPEED_TASKS
 
 
@@ -144,8 +146,6 @@ class Options:
     Attributes:
         values: Option -> value; shared options that the suite does not take have their default.
         parameters: Parameters of the gait, from `--preset` and `--set`.
-        show: Show a progress bar, on a terminal.
-        calibrated: The robots have been calibrated by their own sensors.
     """
 
     values: Mapping[str, Any]
@@ -210,6 +210,20 @@ class Options:
     def loop_parameters(self, closed: bool) -> GaitParameters:
         """The gait's parameters in closed or open loop."""
         return self.parameters.replace(feedback=self.parameters.feedback and closed)
+
+    def map(
+        self, function: Callable[[Any], Any], items: Iterable[Any], label: str = "rollouts",
+        restore: Callable[..., Any] | None = None, **more: Any,
+    ) -> list[Any]:  # fmt: skip
+        """`parallel_map` with these processes; `restore`: for the file of finished runs."""
+        kept = ResultCache(self.resume, restore) if restore is not None and self.resume else None
+        return parallel_map(
+            function, items, jobs=self.jobs, show=self.show, label=label, kept=kept, **more
+        )
+
+    def by_robots(self, results: Sequence[Any]) -> list[Sequence[Any]]:
+        """Results in groups of as many as there are robots."""
+        return [results[i : i + self.robots] for i in range(0, len(results), self.robots)]
 
     @property
     def title(self) -> str:

@@ -22,7 +22,6 @@ from gait_lab.bench.walks import FallDetection, Variant
 from robot_core.errors import NaoGaitError
 from robot_core.types import STANDSTILL
 from sim_bridge.trials.metrics import Metrics
-from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.rollout import RolloutResult, RolloutSpec, rollout, run_all
 from sim_bridge.trials.tasks import STAND_TIME, Task, find_task
 from sim_bridge.trials.trace import LEFT, Trace
@@ -74,9 +73,6 @@ class Cell:
     """All robots and phases of one impulse in one direction.
 
     Attributes:
-        survived: Pushes that were survived.
-        pushed: Pushes.
-        fell: Pushes with a fall.
         given_up: The first robots failed so often that the others were not pushed.
     """
 
@@ -102,12 +98,9 @@ class PushSeries:
 
     Attributes:
         text: The task as `name` or `name=speed`.
-        closed_loop: Whether the gait has its feedback.
-        variant: What differs from the options.
         only_falls: A push is survived without a fall, however the robot moves then.
         unpushed: The rollouts without a push, one per robot.
         cells: Direction and impulse [N s] -> results.
-        detection: Fall detection over all pushes.
     """
 
     text: str
@@ -183,11 +176,9 @@ def walk_unpushed(series: Sequence[PushSeries], options: Options) -> None:
     """Fill in `unpushed` of each series, one per robot."""
     specs = [(replace(_spec(each, options, seed), keep_trace=True), options.phases)
              for each in series for seed in options.seeds]  # fmt: skip
-    found = parallel_map(
-        _unpushed, specs, jobs=options.jobs, show=options.show, label="without a push"
-    )
-    for index, each in enumerate(series):
-        each.unpushed = found[index * options.robots : (index + 1) * options.robots]
+    found = options.map(_unpushed, specs, label="without a push")
+    for each, mine in zip(series, options.by_robots(found), strict=True):
+        each.unpushed = list(mine)
 
 
 def _unpushed(asked: tuple[RolloutSpec, int]) -> Unpushed:
@@ -244,7 +235,7 @@ def push_all(
                 push = Push(time, impulse, math.radians(DIRECTIONS[direction]))
                 specs.append(replace(_spec(series, options, seed), task=task, push=push))
                 owners.append((series, cell, alone))
-    results = run_all(specs, jobs=options.jobs, show=options.show, label="pushes")
+    results = run_all(specs, label="pushes")
     for (series, cell, alone), result in zip(owners, results, strict=True):
         cell.pushed += 1
         cell.fell += result.metrics.fell
@@ -254,12 +245,7 @@ def push_all(
 
 
 def survives(result: RolloutResult, unpushed: Metrics) -> bool:
-    """Whether the robot did not fall and moves as commanded again; the module has the bounds.
-
-    Args:
-        result: The rollout with the push.
-        unpushed: The same robot without the push.
-    """
+    """Whether the robot did not fall and moves as commanded again; the module has the bounds."""
     metrics, task = result.metrics, result.spec.task
     if metrics.fell or (not task.command.is_zero and metrics.support_changes == 0):
         return False

@@ -163,19 +163,9 @@ def _git(root: Path, *arguments: str) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class ResultsOptions:
-    """Options of `nao_gait results`.
+    """Options of `nao_gait results`, as the command line explains them."""
 
-    Attributes:
-        docs: Folder of results.csv, results.md and images/.
-        only: Names of sections; empty for all.
-        quick: Few robots and short windows.
-        allow_dirty: Measure although `CODE` has changes that are not committed.
-        placo_python: Python of an environment with placo; without it the section `peers` is left
-            out.
-        jobs: Processes; None for all cores.
-    """
-
-    docs: Path = ROOT / "docs"
+    docs: Path
     only: tuple[str, ...] = ()
     quick: bool = False
     allow_dirty: bool = False
@@ -202,6 +192,15 @@ class ResultsOptions:
             name: each for name, each in known.items()
             if (name in self.only or not self.only) and (self.placo_python or name != "peers")
         }  # fmt: skip
+
+
+def command(
+    say: Callable[[str], None], *, mark_stale: bool, only: Sequence[str], docs: Path | None,
+    **more: Any,
+) -> None:  # fmt: skip
+    """Measure, or mark what is stale; with the fields of `ResultsOptions`."""
+    options = ResultsOptions(docs or ROOT / "docs", tuple(only), **more)
+    (mark_old if mark_stale else measure)(options, say)
 
 
 def measure(options: ResultsOptions, out: Callable[[str], None] = print) -> None:
@@ -287,13 +286,7 @@ def save(file: Path, results: Mapping[str, Measured]) -> None:
     writer.writeheader()
     for name in order:
         writer.writerows({"section": name, **row} for row in results[name].rows)
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        new = file.with_suffix(".new")
-        new.write_text(text.getvalue(), encoding="utf-8")
-        new.replace(file)
-    except OSError as error:
-        raise NaoGaitError("results", str(file), f"a file that can be written ({error})") from error
+    schema.write_text(file, text.getvalue(), "results")
 
 
 def outdated(results: Mapping[str, Measured], jobs: int | None = None) -> list[str]:
@@ -307,7 +300,7 @@ def outdated(results: Mapping[str, Measured], jobs: int | None = None) -> list[s
     ]  # fmt: skip
 
 
-def mark_stale(options: ResultsOptions, out: Callable[[str], None] = print) -> None:
+def mark_old(options: ResultsOptions, out: Callable[[str], None] = print) -> None:
     """Mark the sections whose walks have changed; the page says so. `only` limits them."""
     results = load(options.file)
     wanted = {name: each for name, each in results.items()

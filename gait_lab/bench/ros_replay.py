@@ -46,7 +46,6 @@ class RosReplay:
         machine_wake: [s] by which the sleeping process was late, sorted.
         machine_period: [s] by which intervals between its wake-ups differ from the period, sorted.
         misses: Joint states with no answer, or with one more than a period later.
-        count: Joint states.
     """
 
     latency: tuple[float, ...]

@@ -37,10 +37,6 @@ class Row(NamedTuple):
         """Its name, unique within the suite."""
         return "_".join(filter(None, (self.subject, self.quantity)))
 
-    def of(self, subject: str) -> "Row":
-        """The same row with a longer subject."""
-        return self._replace(subject="_".join(filter(None, (subject, self.subject))))
-
 
 def rows_of(subject: str, *cells: tuple[str, str, float | None]) -> list[Row]:
     """Rows of one subject from quantity, unit and value."""

@@ -32,10 +32,6 @@ class Suite:
 
     Attributes:
         name: Its name in `nao_gait bench NAME`.
-        title: Heading of its results.
-        summary: What it measures, for the help.
-        measure: Runs it.
-        options: Its options, besides those that every suite takes, by name.
         quick: Its runs in `all`: option -> value of each where it differs from the default.
         check: Raises NaoGaitError, before any work, for what the suite cannot do.
         applies: Whether `all` runs it with these options.

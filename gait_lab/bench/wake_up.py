@@ -9,8 +9,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from itertools import pairwise
-from types import TracebackType
 
 
 def sleep_until(due: float) -> float:
@@ -19,7 +19,7 @@ def sleep_until(due: float) -> float:
     return time.monotonic() - due
 
 
-class Sleeper:
+class Sleeper(AbstractContextManager["Sleeper"]):
     """A process that sleeps to deadlines and computes nothing, beside one that does.
 
     It has the priority of this process and wakes up in the middle between the deadlines of the
@@ -42,15 +42,7 @@ class Sleeper:
         output, _ = self._process.communicate()
         return tuple(json.loads(output))
 
-    def __enter__(self) -> "Sleeper":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._process.kill()
         self._process.wait()
 

@@ -36,8 +36,6 @@ class Variant:
 
     Attributes:
         preset: Preset of the gait instead of the given parameters.
-        parameters: Replaced parameters of the gait.
-        plant: Replaced options of the plant.
         urdf_effort: See `RolloutSpec`.
         gains: See `RolloutSpec`.
         walker: See `RolloutSpec`.
@@ -159,8 +157,6 @@ class Metric(NamedTuple):
         of: Its value; None or NaN without one.
         counts: The value stands also where the result does not count.
         needs_speed: Only for a task with a commanded speed.
-        published: The paper's values by task.
-        quantity: Its name, if not that of the metric.
         not_along: Not for tasks of this axis.
     """
 

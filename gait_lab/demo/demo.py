@@ -28,6 +28,7 @@ from robot_core.resources import find
 from robot_core.robot import load_robot
 from robot_core.ros.lockstep import LockstepPartner
 from robot_core.ros.process import DomainClaim, stop_on_signal
+from robot_core.schema import write_text
 from robot_core.types import VelocityCommand
 from sim_bridge.engines.registry import engine_for
 
@@ -70,9 +71,7 @@ class DemoResult:
     """Result of a tour.
 
     Attributes:
-        phases: Results of the phases that were walked to their end.
         fallen_at: Time of the fall [s since the tour began]; None without one.
-        problems: Everything that keeps the tour from being a success.
     """
 
     phases: tuple[TourPhaseResult, ...]
@@ -263,12 +262,12 @@ def _draw(out: Path, options: DemoOptions, tour_began: float, say: Callable[[str
     """Write the page with all figures, and pictures of the robot."""
     from gait_lab.demo.pictures import write_pictures
     from gait_lab.report.analysis import analyse
-    from gait_lab.report.command import report_page, write
+    from gait_lab.report.command import report_page
 
     analysis = analyse(out / "bag")
     page = out / "report.html"
     try:
-        write(page, report_page(analysis))
+        write_text(page, report_page(analysis), "out")
         say(f"Figures: {page} (open it in a browser)")
     except ModuleNotFoundError as error:  # rosdep does not bring plotly
         say(f"Figures: none without {error.name}; docs/ros.md says how to install it")

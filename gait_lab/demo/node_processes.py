@@ -8,9 +8,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
-from types import TracebackType
 
 MODULES = {
     "sim_bridge": "sim_bridge.ros.main",
@@ -63,7 +63,7 @@ def may_run_in_real_time() -> bool:
         return False
 
 
-class NodeProcesses:
+class NodeProcesses(AbstractContextManager["NodeProcesses"]):
     """Nodes, with their output in log files."""
 
     def __init__(self, environment: Mapping[str, str], logs: Path) -> None:
@@ -146,13 +146,5 @@ class NodeProcesses:
                 tails += [f"[{name}] {line}" for line in text[-lines:]]
         return tails
 
-    def __enter__(self) -> "NodeProcesses":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()

@@ -16,9 +16,7 @@ class TourPhase:
     """One phase of the tour, with a constant command.
 
     Attributes:
-        name: Name in the table and in the figures.
         duration: Simulated time [s].
-        command: Commanded velocity.
         reach: Axis (`x`, `y` or `yaw`) and the speed along it [m/s or rad/s] that the robot has to
             reach; None without a requirement.
     """
@@ -59,7 +57,6 @@ class TourPhaseResult:
     """What the robot achieved in a phase.
 
     Attributes:
-        phase: The phase.
         start: Start of the measurement [s since the tour began].
         end: End of the phase [s since the tour began].
         achieved: Mean ground-truth velocity in the torso's own heading; yaw gained over time.

@@ -45,8 +45,6 @@ class Lesson:
     """The poses that were taught so far.
 
     Attributes:
-        robot: The robot.
-        with_head: Whether the motion moves the head.
         poses: Joint angles (n,) [rad] by the name of the pose.
         order: Names of the poses in their order, with the time to each [s].
     """

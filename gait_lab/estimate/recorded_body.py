@@ -30,8 +30,6 @@ class RecordedBody:
         NaoGaitError: Names the joint or link that is missing, or that does not fit.
 
     Attributes:
-        name: Name of the robot.
-        root: Name of the root link.
         mass: [kg].
         imu_rotation: (3, 3), IMU to root link.
     """

@@ -39,7 +39,6 @@ class SensorLog:
 
     Attributes:
         time: (t,) [s], increasing.
-        joint_names: The j joints.
         joint_position: (t, j) [rad].
         angular_velocity: (t, 3) [rad/s] gyro in the frame of the IMU.
         specific_force: (t, 3) [m/s^2] accelerometer in the frame of the IMU.

@@ -1,7 +1,7 @@
 """Fault campaign: runs of one fault on one robot each, and their outcomes."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,9 @@ from gait_lab.faults import robot_faults as robot
 from gait_lab.faults import sensor_faults as sensors
 from gait_lab.faults import stamp_faults as stamps
 from gait_lab.faults.harness import PERIOD, Fault, Harness
-from nao_lipm_gait.parameters import GaitParameters
 from robot_core.types import GaitState, VelocityCommand
-from sim_bridge.plant import PlantOption
-from sim_bridge.trials.rollout import RolloutSpec, make_pair
-from sim_bridge.trials.tasks import TASKS
+from sim_bridge.trials.trial import TrialSpec, make_world
+from sim_bridge.world import World
 
 WALKS, STOPPED, FELL, VIOLATED = "walks", "stopped", "fell", "violated"
 OUTCOMES = (WALKS, STOPPED, FELL, VIOLATED)
@@ -68,29 +66,16 @@ ALL_FAULTS: Mapping[str, type[Fault]] = {**FAULTS, **COMPARISON_FAULTS}
 
 
 @dataclass(frozen=True, slots=True)
-class FaultRun:
+class FaultRun(TrialSpec):
     """Everything that a run depends on; robot, noise, command and fault follow from the seed."""
 
     fault: str
     seed: int
-    engine: str = "mujoco"
-    plant: str = "reference"
-    plant_options: tuple[PlantOption, ...] = ()
-    urdf: str = "nao_h21_v33"
-    parameters: GaitParameters = field(default_factory=GaitParameters)
+    engine: str = field(default="mujoco", kw_only=True)
 
-    def rollout_spec(self, robot_seed: int, noise_seed: int = 0) -> RolloutSpec:
-        """Return the spec of the simulation, for one robot and one noise."""
-        return RolloutSpec(
-            task=TASKS["stand"],
-            robot_seed=robot_seed,
-            noise_seed=noise_seed,
-            parameters=self.parameters,
-            plant=self.plant,
-            plant_options=self.plant_options,
-            urdf=self.urdf,
-            engine=self.engine,
-        )
+    def world(self, robot_seed: int, noise_seed: int = 0) -> World:
+        """The world of one robot and one noise; the caller closes it."""
+        return make_world(replace(self, robot_seed=robot_seed, noise_seed=noise_seed))
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,19 +83,14 @@ class FaultResult:
     """Result of a run.
 
     Attributes:
-        outcome: One of the outcomes of its scope.
         violations: Violated invariants as `kind: evidence`.
         explained: Diagnostics above OK.
-        fell_at: Time of the fall [s]; None without one.
-        down_known: Whether a gait reports at the end that the robot is down.
     """
 
     run: FaultRun
     outcome: str
     violations: tuple[str, ...]
     explained: tuple[str, ...]
-    fell_at: float | None
-    down_known: bool
 
     @classmethod
     def restored(
@@ -131,10 +111,8 @@ def run_fault(run: FaultRun) -> FaultResult:
         float(random.uniform(-0.05, 0.05)),
         float(random.uniform(-0.3, 0.3)),
     )
-    spec = run.rollout_spec(int(random.integers(ROBOTS)), run.seed)
-    simulation, _ = make_pair(spec)
-    with simulation:
-        harness = Harness(simulation, run.parameters, fault, command)
+    with run.world(int(random.integers(ROBOTS)), run.seed) as world:
+        harness = Harness(world, run.parameters, fault, command)
         try:
             harness.run(round(fault.end / PERIOD))
         except Exception as error:
@@ -158,6 +136,4 @@ def _result(run: FaultRun, harness: Harness) -> FaultResult:
         outcome=outcome,
         violations=invariants.listed(),
         explained=tuple(invariants.explained),
-        fell_at=invariants.fell_at,
-        down_known=bool(states & {GaitState.FALLEN, GaitState.RELAXED}),
     )

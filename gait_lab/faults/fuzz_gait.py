@@ -115,7 +115,6 @@ class Example:
 
     Attributes:
         seed: Of the valid messages, of losses, and of which invalid message comes when.
-        coasts: The gait is asked to walk on while messages are lost.
         bad: Topics, and the fields of a valid message that are replaced, each of them many times.
         requests: Share of the stretch at which each happens, and the request.
     """

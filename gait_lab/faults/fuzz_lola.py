@@ -41,8 +41,6 @@ class Example:
     """What is sent in a stretch of messages.
 
     Attributes:
-        seed: Of the ordinary numbers, and of what comes when.
-        numbers: Each replaces ordinary numbers many times.
         damage: Changed bytes as (place, byte), the share of a message that is kept, and how many
             bytes are added; each damages many messages.
     """

@@ -50,17 +50,14 @@ class Fault:
     It draws its random properties in its constructor.
 
     Attributes:
-        summary: What happens, for the table of the campaign.
         why: Why robots fall, for the table; empty if they do not.
         end: Duration of a run [s].
         settings: ControllerSettings of the gait; a fault for comparison may replace them.
         says: Parts of the warnings that explain a stop by this fault; used by the scopes `soccer`
             and `robot`.
         begin: Time at which the fault begins [s]; the robot walks by then.
-        random: Random generator of the fault.
     """
 
-    summary = "nothing"
     why = ""
     end = 6.0
     settings = ControllerSettings()
@@ -121,9 +118,7 @@ class Harness:
 
     Attributes:
         command: Velocity that the operator commands from `walk_start` [s] on; may be replaced.
-        truth: Ground truth after the last tick.
         gaits: Running gait processes, oldest first.
-        publishers: Numbers of publishers that the gaits find on their topics.
         height: Height of the torso over the floor while standing [m].
         obeyed: Name of the gait whose command the robot executed last.
         targets: Targets of the motors for the next tick; None holds the last ones.

@@ -62,7 +62,6 @@ class Invariants:
     """Checks every command, every diagnostic and the ground truth of a run.
 
     Attributes:
-        violations: The first evidence of each kind of violation.
         explained: Every diagnostic above OK, in the order of its first appearance.
         fell_at: Time of the first fall [s]; None without one.
     """

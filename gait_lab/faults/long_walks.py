@@ -14,7 +14,6 @@ from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import PERIOD, Fault, Harness, Timed
 from gait_lab.faults.network_faults import Loss, WanderingAge
 from robot_core.types import VelocityCommand
-from sim_bridge.trials.rollout import make_pair
 from sim_bridge.trials.tasks import RandomCommands
 
 START = 1.0
@@ -28,7 +27,6 @@ class LossWalk:
     """A straight walk of some seconds at a speed [m/s], of the robot with the seed of the run.
 
     Attributes:
-        share: Probability of the loss of a message, in both directions.
         wander: Up to this time [s] the age of the sensors wanders beyond the plant's delay.
         coast: The gait walks on for single control periods without sensors.
     """
@@ -78,11 +76,10 @@ class LossResult:
 def walk_with_loss(walk: LossWalk) -> LossResult:
     """Walk with loss until the end or a fall."""
     fault = _LossAndAge(walk)
-    simulation, _ = make_pair(walk.run.rollout_spec(walk.run.seed))
     speeds = []
-    with simulation:
+    with walk.run.world(walk.run.seed) as world:
         command = VelocityCommand(walk.speed, 0.0, 0.0)
-        harness = Harness(simulation, walk.run.parameters, fault, command, START)
+        harness = Harness(world, walk.run.parameters, fault, command, START)
         for _ in range(round((START + walk.seconds) / PERIOD)):
             harness.step()
             if harness.fallen:
@@ -111,12 +108,11 @@ def soak(run: FaultRun, minutes: float, every: float = 10.0) -> Iterator[SoakSam
 
     The robot is reset after each fall. The seed of the run is that of robot and commands.
     """
-    simulation, _ = make_pair(run.rollout_spec(run.seed))
     commands = RandomCommands((max(0, run.seed), 1))
     falls = steps = last = 0
-    with simulation:
+    with run.world(run.seed) as world:
         fault = Fault(np.random.default_rng(0))
-        harness = Harness(simulation, run.parameters, fault, commands.at(0.0))
+        harness = Harness(world, run.parameters, fault, commands.at(0.0))
         down = 0
         for tick in range(1, round(minutes * 60.0 / PERIOD) + 1):
             asked = commands.at(harness.seconds())

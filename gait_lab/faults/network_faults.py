@@ -9,9 +9,8 @@ from gait_lab.faults.harness import Fault, Harness, TemporaryFault, Timed
 
 
 class Loss(Fault):
-    """Every message is lost with the probability `share`, in both directions."""
+    """Messages are lost, 1 to 20 % of them, in both directions."""
 
-    summary = "messages are lost, 1 to 20 % of them, in both directions"
     why = "the feedback has gaps."
     most = 0.2
 
@@ -39,9 +38,8 @@ class Loss(Fault):
 
 
 class Bursts(Loss):
-    """Repeated intervals in which every message is lost."""
+    """All messages are lost for 20 to 150 ms, every 0.3 to 1 s."""
 
-    summary = "all messages are lost for 20 to 150 ms, every 0.3 to 1 s"
     why = "the feedback has gaps."
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -55,12 +53,11 @@ class Bursts(Loss):
 
 
 class Latency(Fault):
-    """Sensor messages and commands arrive late, in addition to the plant's delay.
+    """Sensor messages and commands arrive up to 60 ms late, constant or random.
 
     Messages of one topic keep their order.
     """
 
-    summary = "sensor messages and commands arrive up to 60 ms late, constant or random"
     why = (
         "up to 60 ms are added on each way; the gait measures and bridges the age of its sensors, "
         "not the delay of its commands."
@@ -90,13 +87,12 @@ class Latency(Fault):
 
 
 class WanderingAge(Fault):
-    """The age of the sensor messages wanders: a random walk between the plant's delay and more.
+    """The age of the sensor messages wanders by up to 60 ms.
 
     Messages keep their order: while the age grows none arrives, while it shrinks two at a time.
     It is at most `most` control periods more than the plant's.
     """
 
-    summary = "the age of the sensor messages wanders by up to 60 ms"
     why = "while the age grows the robot holds its last targets."
     STEPS = 0.3
     """Probability of a step of the random walk in each control period."""
@@ -122,9 +118,8 @@ class WanderingAge(Fault):
 
 
 class LateController(Fault):
-    """The gait's commands arrive one to five control periods late."""
+    """5, 30 or 100 % of the gait's commands are 1 to 5 ticks late."""
 
-    summary = "5, 30 or 100 % of the gait's commands are 1 to 5 ticks late"
     why = "up to 50 ms are added to a loop that predicts over 60 ms."
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -143,9 +138,8 @@ class LateController(Fault):
 
 
 class StarvedProcessor(TemporaryFault):
-    """The gait gets no processor time for 20 to 300 ms, then processes what has arrived."""
+    """The gait repeatedly gets no processor time for 20 to 300 ms."""
 
-    summary = "the gait repeatedly gets no processor time for 20 to 300 ms"
     why = "as for silence."
     shortest, longest = 0.02, 0.3
 

@@ -46,7 +46,6 @@ class NodeFault(Fault):
     """One node is killed and starts again after a while, or never.
 
     Attributes:
-        rig: The nodes that run.
         victim: The node that is struck; empty = none.
         referee: A referee runs, and the player waits for it.
         gone: Shortest and longest time [s] until the node is back.
@@ -55,7 +54,6 @@ class NodeFault(Fault):
         duration: Drawn time [s] until it is back; None = never.
     """
 
-    summary = "nothing"
     end = 26.0
     rig = Rig.MATCH
     victim = ""
@@ -90,9 +88,8 @@ class NodeFault(Fault):
 
 
 class GaitKilled(NodeFault):
-    """The gait dies while the robot walks."""
+    """The gait is killed while the robot plays, and is started again at once."""
 
-    summary = "the gait is killed while the robot plays, and is started again at once"
     says = ("fallen",)
     victim = "gait"
     gone = (0.0, 0.5)
@@ -100,25 +97,22 @@ class GaitKilled(NodeFault):
 
 
 class VisionKilled(NodeFault):
-    """Vision dies."""
+    """Vision is killed; in half of the runs it is started again after 1 to 5 s."""
 
-    summary = "vision is killed; in half of the runs it is started again after 1 to 5 s"
     says = ("no usable image",)
     victim = "vision"
 
 
 class PlayerKilled(NodeFault):
-    """The player dies."""
+    """The player is killed; in half of the runs it is started again after 1 to 5 s."""
 
-    summary = "the player is killed; in half of the runs it is started again after 1 to 5 s"
     says = ("no cmd_vel", "own pose not valid")
     victim = "player"
 
 
 class PlayerHangs(NodeFault):
-    """The player hangs."""
+    """The player hangs for 1 to 5 s."""
 
-    summary = "the player hangs for 1 to 5 s"
     says = ("no cmd_vel",)
     victim = "player"
     stays_gone = 0.0
@@ -126,9 +120,8 @@ class PlayerHangs(NodeFault):
 
 
 class RefereeKilled(NodeFault):
-    """The referee dies."""
+    """The referee is killed in play; in half of the runs another begins a new match."""
 
-    summary = "the referee is killed in play; in half of the runs another begins a new match"
     says = ("referee not heard",)
     victim = "referee"
     referee = True
@@ -147,26 +140,23 @@ class LolaFault(NodeFault):
 
 
 class LolaSilent(LolaFault):
-    """LoLA sends nothing for a while."""
+    """LoLA sends nothing for 1 to 5 s, then goes on."""
 
-    summary = "LoLA sends nothing for 1 to 5 s, then goes on"
     says = ("no joint_states",)
     victim = "lola_server"
     hangs = True
 
 
 class LolaBridgeKilled(LolaFault):
-    """The node between LoLA and the gait dies."""
+    """Lola_bridge is killed and started again after 1 to 5 s."""
 
-    summary = "lola_bridge is killed and started again after 1 to 5 s"
     says = ("no joint_states",)
     victim = "lola_bridge"
 
 
 class LolaGaitKilled(LolaFault):
-    """The gait dies; LoLA goes on."""
+    """The gait behind LoLA is killed; in half of the runs it is started again."""
 
-    summary = "the gait behind LoLA is killed; in half of the runs it is started again"
     says = ("no joint_command",)
     victim = "gait"
     stays_gone = 0.5
@@ -193,15 +183,11 @@ class NodeOutcome(NamedTuple):
         went_on: The robot walked, kicked or got up shortly before the end.
         violations: What must not happen, as `kind: evidence`.
         explained: Diagnostics above OK, and warnings and errors of logs, since the fault began.
-        fell: The robot fell since then.
-        end: Simulated time at the end [s].
     """
 
     went_on: bool
     violations: tuple[str, ...]
     explained: tuple[str, ...]
-    fell: bool
-    end: float
 
 
 def run_node_fault(run: FaultRun) -> FaultResult:
@@ -215,7 +201,7 @@ def run_node_fault(run: FaultRun) -> FaultResult:
     )  # fmt: skip
     if done.returncode:
         problem = f"harness: {(done.stderr.splitlines() or ['no output'])[-1]}"
-        outcome = NodeOutcome(False, (problem,), (), False, 0.0)
+        outcome = NodeOutcome(False, (problem,), ())
     else:
         outcome = NodeOutcome(*json.loads(done.stdout))
     ended = WENT_ON if outcome.went_on else STOPPED
@@ -224,6 +210,4 @@ def run_node_fault(run: FaultRun) -> FaultResult:
         outcome=VIOLATED if outcome.violations else ended,
         violations=tuple(outcome.violations),
         explained=tuple(outcome.explained),
-        fell_at=outcome.end if outcome.fell else None,
-        down_known=True,
     )

@@ -60,7 +60,6 @@ class NodeHarness:
         self._moved = time.monotonic()
         self._state: GaitState | None = None
         self._busy_at = self._obeys_at = -LOOK
-        self._fell = False
         self._warned: dict[str, None] = {}
         self._log_sizes: dict[Path, int] = {}
         self._folder = folder
@@ -160,7 +159,6 @@ class NodeHarness:
 
     def _begin(self) -> None:
         self._warned.clear()
-        self._fell = False
         for log in self._folder.glob("*.log"):
             self._log_sizes[log] = log.stat().st_size
 
@@ -188,9 +186,7 @@ class NodeHarness:
         if not went_on and not any(map(self.fault.explained_by, explained)):
             said = "; ".join(dict.fromkeys(explained)) or "nothing"
             violations.append(f"silent stop: {self._state} at the end, warnings: {said}")
-        return NodeOutcome(
-            went_on, tuple(violations), tuple(dict.fromkeys(explained)), self._fell, self._now
-        )
+        return NodeOutcome(went_on, tuple(violations), tuple(dict.fromkeys(explained)))
 
     # -- topics ------------------------------------------------------------------------------------
 
@@ -200,7 +196,6 @@ class NodeHarness:
 
     def _on_support(self, message: String) -> None:
         self._state = state_of(message.data)
-        self._fell = self._fell or self._state is GaitState.FALLEN
         if self._state in BUSY:
             self._busy_at = self._now
 

@@ -24,9 +24,8 @@ CHANGED = (
 
 
 class GaitRestart(Fault):
-    """The gait is killed while the robot walks, and restarts within a second."""
+    """The gait is killed while walking and restarts 0.1 to 1 s later."""
 
-    summary = "the gait is killed while walking and restarts 0.1 to 1 s later"
     why = "until the new gait runs, the robot holds the last targets, on one leg."
     end = 8.0
 
@@ -46,7 +45,6 @@ class GaitRestart(Fault):
 class BridgeReset(Fault):
     """The simulated robot is reset while it walks."""
 
-    summary = "the simulated robot is reset while it walks"
     end = 8.0
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -61,9 +59,8 @@ class BridgeReset(Fault):
 
 
 class BridgeRestart(Fault):
-    """The bridge is killed and restarts within a second; its clock restarts at zero."""
+    """The bridge is killed and restarts 0.1 to 1 s later, its clock at zero."""
 
-    summary = "the bridge is killed and restarts 0.1 to 1 s later, its clock at zero"
     end = 8.0
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -91,9 +88,7 @@ class BridgeRestart(Fault):
 
 
 class TwoDrivers(Fault):
-    """A second operator sends different velocity commands to the same robot."""
-
-    summary = "a second sender on cmd_vel commands other velocities, at 2 to 50 Hz"
+    """A second sender on cmd_vel commands other velocities, at 2 to 50 Hz."""
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -113,9 +108,8 @@ class TwoDrivers(Fault):
 
 
 class TwoGaits(Fault):
-    """A second gait is started by mistake while the first one walks."""
+    """A second gait commands the same robot."""
 
-    summary = "a second gait commands the same robot"
     why = "when the first gait ends, the second takes over in mid-step with a standing posture."
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -132,9 +126,7 @@ class TwoGaits(Fault):
 
 
 class Parameters(Fault):
-    """Parameters change while the robot walks: valid and invalid values, several at once."""
-
-    summary = "every 50 to 500 ms a parameter changes, by up to 10 % or to an invalid value"
+    """Every 50 to 500 ms a parameter changes, by up to 10 % or to an invalid value."""
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -176,9 +168,7 @@ class Parameters(Fault):
 
 
 class NoCommands(Fault):
-    """The operator stops sending."""
-
-    summary = "no more cmd_vel: the robot must stop"
+    """No more cmd_vel: the robot must stop."""
 
     def on_velocity(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
         """Drop every velocity command."""
@@ -187,9 +177,7 @@ class NoCommands(Fault):
 
 
 class BadCommands(Fault):
-    """The operator also sends invalid velocity commands."""
-
-    summary = "cmd_vel with NaN, infinity, huge and jumping values"
+    """Cmd_vel with NaN, infinity, huge and jumping values."""
 
     def on_velocity(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
         """Add an invalid velocity command."""

@@ -16,9 +16,8 @@ def motor_of(robot: RobotDescription, number: int) -> str:
 
 
 class WeakMotor(Fault):
-    """A hot leg motor keeps a share of its torque."""
+    """A leg motor gives 20 to 80 % of its torque from now on."""
 
-    summary = "a leg motor gives 20 to 80 % of its torque from now on"
     why = "a leg can no longer carry the load of a step."
     share = (0.2, 0.8)
 
@@ -36,17 +35,15 @@ class WeakMotor(Fault):
 
 
 class LimpMotor(WeakMotor):
-    """A leg motor loses its stiffness completely."""
+    """A leg motor loses its stiffness from now on."""
 
-    summary = "a leg motor loses its stiffness from now on"
     why = "a leg with a limp joint cannot carry the robot."
     share = (0.0, 0.0)
 
 
 class SlipperyPatch(TemporaryFault):
-    """The floor is slippery for 0.2 to 2 s."""
+    """Friction 0.05 to 0.3 under both soles for 0.2 to 2 s."""
 
-    summary = "friction 0.05 to 0.3 under both soles for 0.2 to 2 s"
     why = "the soles slip."
     shortest, longest = 0.2, 2.0
 
@@ -64,9 +61,8 @@ class SlipperyPatch(TemporaryFault):
 
 
 class PickedUp(TemporaryFault):
-    """The robot is lifted by its torso, held in the air and put down again."""
+    """Lifted by the torso, held in the air for 1 to 3 s, put down gently."""
 
-    summary = "lifted by the torso, held in the air for 1 to 3 s, put down gently"
     why = "it is put down tilted, and rocks while it settles into its stand."
     shortest, longest = 1.0, 3.0
     end = 9.0

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from gait_lab.faults.campaign import (
     COMPARISON_FAULTS,
     FAULTS,
-    FELL,
     OUTCOMES,
     STOPPED,
     VIOLATED,
@@ -25,14 +24,7 @@ class Scope:
     """One campaign.
 
     Attributes:
-        classes: Its fault classes by name.
-        others: Classes that run only if they are named.
         run: Runs one fault; picklable.
-        usual: Number of runs if none is given.
-        outcomes: How a run may end.
-        counted: Heading of one more column, and which runs it counts.
-        title: What is done, for the title.
-        notes: What the outcomes mean.
     """
 
     classes: Mapping[str, type[Fault]]
@@ -40,22 +32,12 @@ class Scope:
     run: Callable[[FaultRun], FaultResult]
     usual: int
     outcomes: tuple[str, ...]
-    counted: tuple[str, Callable[[FaultResult], bool]]
-    title: str
     notes: tuple[str, ...]
 
     @property
     def all_classes(self) -> Mapping[str, type[Fault]]:
         """Every class that can be named."""
         return {**self.classes, **self.others}
-
-
-def _fell(result: FaultResult) -> bool:
-    return result.fell_at is not None
-
-
-def _fell_unknown(result: FaultResult) -> bool:
-    return result.outcome == FELL and not result.down_known
 
 
 SCOPES: Mapping[str, Scope] = {
@@ -65,12 +47,9 @@ SCOPES: Mapping[str, Scope] = {
         run_fault,
         2000,
         OUTCOMES,
-        ("fell, unknown", _fell_unknown),
-        "runs with a fault in the middle of a walk",
         (
             "walks: upright and walking at the end. stopped: upright, and a report says why. fell: "
-            "the robot fell; fell, unknown: of these, the gait does not report at the end that it "
-            "is down.",
+            "the robot fell.",
             "violated: a command that is not finite, beyond the limits of a joint or too fast; an "
             "exception; a hang; a stop without a report; stiff commands after a fall that the gait "
             "did not detect.",
@@ -84,14 +63,11 @@ SCOPES: Mapping[str, Scope] = {
         run_soccer_fault,
         5 * len(SOCCER_FAULTS),
         (WENT_ON, STOPPED, VIOLATED),
-        ("with a fall", _fell),
-        "matches of 50 s with a fault of one player's cameras, vision, team mate, referee or "
-        "process",
         (
-            "went on: the player plays at the end, or does what the referee or its role asks. "
+            "Matches of 50 s with a fault of one player's cameras, vision, team mate, referee or "
+            "process. went on: it plays at the end, or does as the referee or its role asks. "
             "stopped: it stands, and its report names the fault. Half of the faults last to the "
-            "end, the others for 2 to 15 s. with a fall: the robot fell after the fault began, as "
-            "robots do in matches without one (class none).",
+            "end, the others for 2 to 15 s.",
             "violated: an exception; a walk that is not finite; a robot that walks on although it "
             "has seen nothing for longer than it may; a team of which nobody moves for 25 s and "
             "nobody reports the fault.",
@@ -103,8 +79,6 @@ SCOPES: Mapping[str, Scope] = {
         run_node_fault,
         2 * len(NODE_FAULTS),
         (WENT_ON, STOPPED, VIOLATED),
-        ("with a fall", _fell),
-        "runs of a robot's ROS 2 nodes with a fault of one of them",
         (
             "went on: in the last 8 s the robot walks, kicks, gets up or stands as the referee "
             "wants it. stopped: it does not, and a diagnostic or a warning in a log names the "

@@ -16,9 +16,8 @@ JOINTS = 1000
 
 
 class Silence(TemporaryFault):
-    """No sensor message arrives."""
+    """No sensor message at all for 0.05 to 2 s."""
 
-    summary = "no sensor message at all for 0.05 to 2 s"
     why = (
         "the robot holds its last targets, on one leg, for longer than a step, and the gait "
         "does not tick."
@@ -31,9 +30,8 @@ class Silence(TemporaryFault):
 
 
 class Frozen(TemporaryFault):
-    """The values of the joints, of the IMU or of both freeze; the stamps continue."""
+    """Values of joints, IMU or both freeze for 0.05 to 2 s, stamps continue."""
 
-    summary = "values of joints, IMU or both freeze for 0.05 to 2 s, stamps continue"
     why = (
         "a frozen IMU is detected only after ten equal values during which the joints "
         "moved by 0.02 rad."
@@ -57,9 +55,8 @@ class Frozen(TemporaryFault):
 
 
 class JointDropout(TemporaryFault):
-    """One joint is missing, reads zero, or freezes."""
+    """One joint is missing, reads 0 or freezes for 0.05 to 2 s."""
 
-    summary = "one joint is missing, reads 0 or freezes for 0.05 to 2 s"
     why = "a single frozen leg joint is not detected."
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -87,9 +84,8 @@ class JointDropout(TemporaryFault):
 
 
 class NotANumber(TemporaryFault):
-    """NaN or infinity in one field of some messages."""
+    """NaN or infinity in 5 to 100 % of the joint or IMU messages for 0.05 to 2 s."""
 
-    summary = "NaN or infinity in 5 to 100 % of the joint or IMU messages for 0.05 to 2 s"
     why = "no gyro for most of a second, while the robot stops."
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -113,9 +109,8 @@ class NotANumber(TemporaryFault):
 
 
 class Spikes(Fault):
-    """Single wrong but finite values, small and large."""
+    """1 to 10 % of the messages with a joint, gyro and acceleration error (0.1 to 2 rad)."""
 
-    summary = "1 to 10 % of the messages with a joint, gyro and acceleration error (0.1 to 2 rad)"
     why = "errors below the validation limits reach the ankles through the gyro feedback."
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -142,9 +137,8 @@ class Spikes(Fault):
 
 
 class BiasJump(Fault):
-    """An encoder slips, or the bias of the gyro jumps, for good."""
+    """A permanent error of one joint (up to 3 deg) or of the gyro (up to 0.1 rad/s)."""
 
-    summary = "a permanent error of one joint (up to 3 deg) or of the gyro (up to 0.1 rad/s)"
     why = "the error tilts the robot faster than the estimators adapt."
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -170,9 +164,8 @@ class BiasJump(Fault):
 
 
 class ImuOutage(TemporaryFault):
-    """No IMU messages for a limited time; half of the outages last to the end."""
+    """No IMU message for 0.05 s or longer, up to the end."""
 
-    summary = "no IMU message for 0.05 s or longer, up to the end"
     longest = 20.0
 
     def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
@@ -182,9 +175,8 @@ class ImuOutage(TemporaryFault):
 
 
 class ImuGone(ImuOutage):
-    """No IMU messages from `begin` on."""
+    """No IMU message for the last 9 s."""
 
-    summary = "no IMU message for the last 9 s"
     end = 12.0
 
     def active(self, harness: Timed) -> bool:
@@ -193,7 +185,6 @@ class ImuGone(ImuOutage):
 
 
 class ImuIgnored(ImuGone):
-    """As `ImuGone`, with the IMU watchdog of the gait switched off."""
+    """The same, with a gait that does not stop without an IMU."""
 
-    summary = "the same, with a gait that does not stop without an IMU"
     settings = ControllerSettings(imu_patience=1e6)

@@ -60,9 +60,7 @@ class CameraFault(LastingFault):
 
 
 class CameraBlack(CameraFault):
-    """Something covers the cameras."""
-
-    summary = "the images are black, with a camera's noise"
+    """The images are black, with a camera's noise."""
 
     def on_image(
         self, harness: SoccerHarness, camera: str, newest: CameraImage
@@ -75,9 +73,7 @@ class CameraBlack(CameraFault):
 
 
 class CameraFrozen(CameraFault):
-    """The driver of the cameras repeats an image."""
-
-    summary = "each camera repeats its last image with new stamps"
+    """Each camera repeats its last image with new stamps."""
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -93,9 +89,7 @@ class CameraFrozen(CameraFault):
 
 
 class CameraLate(CameraFault):
-    """Images take longer to arrive."""
-
-    summary = "images arrive 0.3 to 3 s late, with their right stamps"
+    """Images arrive 0.3 to 3 s late, with their right stamps."""
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -122,9 +116,8 @@ class CameraLate(CameraFault):
 
 
 class VisionGone(LastingFault):
-    """The process of vision is killed, and perhaps started again."""
+    """Vision is killed; in half of the runs it is back after 2 to 15 s."""
 
-    summary = "vision is killed; in half of the runs it is back after 2 to 15 s"
     says = BLIND
 
     def on_percepts(
@@ -136,9 +129,8 @@ class VisionGone(LastingFault):
 
 
 class PerceptsFuture(LastingFault):
-    """Vision stamps its percepts with another clock."""
+    """Stamps of percepts are 0.6 to 10 s ahead, of all or of some."""
 
-    summary = "stamps of percepts are 0.6 to 10 s ahead, of all or of some"
     says = BLIND
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -156,9 +148,8 @@ class PerceptsFuture(LastingFault):
 
 
 class PerceptsLate(LastingFault):
-    """Vision is slow."""
+    """Percepts arrive 0.3 to 3 s late."""
 
-    summary = "percepts arrive 0.3 to 3 s late"
     says = BLIND
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -173,9 +164,8 @@ class PerceptsLate(LastingFault):
 
 
 class PerceptsNan(LastingFault):
-    """Vision computes nonsense."""
+    """10 to 100 % of the percepts have NaN, infinite, huge or negative numbers."""
 
-    summary = "10 to 100 % of the percepts have NaN, infinite, huge or negative numbers"
     says = BLIND
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -224,9 +214,7 @@ class PerceptsNan(LastingFault):
 
 
 class MateMute(LastingFault):
-    """The team mate is not heard."""
-
-    summary = "no message of the team mate arrives"
+    """No message of the team mate arrives."""
 
     def on_team_message(self, harness: SoccerHarness, data: bytes) -> Iterable[bytes]:
         """Nothing."""
@@ -235,9 +223,7 @@ class MateMute(LastingFault):
 
 
 class MateGarbage(LastingFault):
-    """Somebody else sends on the team's port, or messages are damaged."""
-
-    summary = "damaged and random bytes arrive beside the messages of the team mate"
+    """Damaged and random bytes arrive beside the messages of the team mate."""
 
     def on_team_message(self, harness: SoccerHarness, data: bytes) -> Iterable[bytes]:
         """The message, and others that are none."""
@@ -248,9 +234,8 @@ class MateGarbage(LastingFault):
 
 
 class RefereeGone(LastingFault):
-    """The referee is not heard."""
+    """No message of the referee arrives."""
 
-    summary = "no message of the referee arrives"
     says = ("referee not heard",)
 
     def on_referee_message(self, harness: SoccerHarness, data: bytes) -> Iterable[bytes]:
@@ -260,9 +245,7 @@ class RefereeGone(LastingFault):
 
 
 class RefereeGarbage(LastingFault):
-    """Damaged and random bytes arrive on the referee's port."""
-
-    summary = "truncated and random bytes arrive beside the messages of the referee"
+    """Truncated and random bytes arrive beside the messages of the referee."""
 
     def on_referee_message(self, harness: SoccerHarness, data: bytes) -> Iterable[bytes]:
         """The message, and others that are none; a changed bit could be a true message."""
@@ -273,9 +256,8 @@ class RefereeGarbage(LastingFault):
 
 
 class PlayerRestart(SoccerFault):
-    """The process of the player is killed and starts again within ten seconds."""
+    """The player is killed and is back after 1 to 10 s, with its pose of the kick-off."""
 
-    summary = "the player is killed and is back after 1 to 10 s, with its pose of the kick-off"
     says = ("no referee heard yet",)
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -342,6 +324,4 @@ def run_soccer_fault(run: FaultRun) -> FaultResult:
         outcome=VIOLATED if harness.violations else ended,
         violations=tuple(f"{kind}: {text}" for kind, text in harness.violations.items()),
         explained=tuple(harness.explained),
-        fell_at=harness.fell_at,
-        down_known=True,
     )

@@ -42,10 +42,8 @@ class SoccerFault(Fault):
     Attributes:
         rendered: The fault is one of images, so vision sees rendered ones. Other robots than the
             struck one then see nothing, and stand.
-        robots: Robots of each team.
     """
 
-    summary = "nothing"
     end = 50.0
     rendered = False
     robots = 2
@@ -82,16 +80,13 @@ class SoccerHarness(Channels):
     """Plays a match in which the fault strikes one player.
 
     Attributes:
-        violations: The first evidence of each kind of violation.
         explained: Remarks of the struck player, in the order of their first appearance.
-        fell_at: Time of the struck robot's first fall after the fault began [s]; None without one.
     """
 
     def __init__(self, spec: MatchSpec, fault: SoccerFault) -> None:
         self.fault = fault
         self.violations: dict[str, str] = {}
         self.explained: dict[str, None] = {}
-        self.fell_at: float | None = None
         self._now = 0.0
         self._saw = 0.0
         self._saw_image = 0.0
@@ -177,8 +172,6 @@ class SoccerHarness(Channels):
         player = self._player
         name = self.match.pitch.scene.robots[AFFECTED].name
         upright = frame.robots[name].state in ("stand", "walk", "stop")
-        if not upright and self._now >= self.fault.begin and self.fell_at is None:
-            self.fell_at = self._now
         walks = self._walks(player)
         self._stands.append(not walks)
         if player.runs and player.player.remark and self._now >= self.fault.begin:

@@ -23,9 +23,7 @@ def shifted(message: Message, nanoseconds: int) -> Message:
 
 
 class Repeated(Fault):
-    """Sensor messages arrive twice or three times."""
-
-    summary = "5 to 50 % of the sensor messages arrive twice or three times"
+    """5 to 50 % of the sensor messages arrive twice or three times."""
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -40,9 +38,7 @@ class Repeated(Fault):
 
 
 class Reordered(Fault):
-    """Some sensor messages arrive after later ones."""
-
-    summary = "2 to 20 % of the sensor messages arrive 1 to 5 ticks late, out of order"
+    """2 to 20 % of the sensor messages arrive 1 to 5 ticks late, out of order."""
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -55,9 +51,7 @@ class Reordered(Fault):
 
 
 class Outliers(TemporaryFault):
-    """Single messages have a wrong stamp."""
-
-    summary = "the stamps of 5 to 30 % of the sensor messages are wrong by 0.1 to 1000 s"
+    """The stamps of 5 to 30 % of the sensor messages are wrong by 0.1 to 1000 s."""
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -73,9 +67,7 @@ class Outliers(TemporaryFault):
 
 
 class Jitter(Fault):
-    """Stamps differ from the sampling time; messages of one tick have the same error."""
-
-    summary = "random stamp errors, at most 1 to 4.5 ms, equal within one tick"
+    """Random stamp errors, at most 1 to 4.5 ms, equal within one tick."""
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
@@ -93,9 +85,8 @@ class Jitter(Fault):
 
 
 class Jump(Fault):
-    """The sensor clock jumps once and continues from there."""
+    """The sensor clock jumps once by 0.02 to 100 s, forward or back."""
 
-    summary = "the sensor clock jumps once by 0.02 to 100 s, forward or back"
     why = "a jump of up to 0.2 s forward looks like lost messages, and the walk continues."
 
     def __init__(self, random: np.random.Generator) -> None:

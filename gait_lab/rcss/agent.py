@@ -37,10 +37,6 @@ class Agent:
         exact: It plays with percepts without errors, misses and delay.
 
     Attributes:
-        gait: Its gait.
-        landing: Watches free fall and landing.
-        percepts: Of the last cycle.
-        falls: Number of falls so far.
         player: What plays soccer; None = nobody.
     """
 

@@ -31,16 +31,8 @@ class Job:
     """What one process does.
 
     Attributes:
-        host: Of the server.
-        port: Of the server.
-        team: Name of the team.
-        number: Number of the player.
-        robot: The robot by the server's name.
-        command: Velocity at which it walks.
         seconds: Simulated time [s] after which it leaves.
-        preset: Gait preset.
         field: The server's field; empty = it does not play soccer.
-        exact: It plays with percepts without errors, misses and delay.
     """
 
     host: str

@@ -39,13 +39,6 @@ _ERRORS_OF = {
 class ServerEyes:
     """The vision of one robot.
 
-    Args:
-        robot: The robot.
-        field: The field, at the size of the robot.
-        team: Name of its team.
-        number: Its number.
-        exact: Without errors, misses and delay.
-
     Attributes:
         places: Which pole on the map each landmark is; see `ServerField.places`.
     """

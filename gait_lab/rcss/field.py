@@ -41,16 +41,6 @@ _FIELDS = {
 class ServerField:
     """A field of the server; x points to the right goal. All lengths are divided by `size`.
 
-    Args:
-        name: By which the server knows it.
-        size: Lengths of the robot over those of a NAO.
-
-    Attributes:
-        size: The same.
-        field: Lines.
-        goals: Goals.
-        marks: Landmarks by the server's names.
-
     Raises:
         NaoGaitError: The server has no such field.
     """

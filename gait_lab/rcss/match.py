@@ -4,6 +4,7 @@ import math
 import select
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -43,12 +44,10 @@ class Account:
     Attributes:
         seconds: Played time [s].
         score: Goals of the left and the right team.
-        falls: Of all robots.
         put_back: How often the referee put a robot beside the field.
         one_striker: Share of the time of all teams with exactly one striker.
         wall: Wall time [s].
         cpu: Processor time [s] of each player in each cycle.
-        ended: The server has ended the half.
     """
 
     seconds: float = 0.0
@@ -61,7 +60,7 @@ class Account:
     ended: bool = False
 
 
-class Squad:
+class Squad(AbstractContextManager["Squad"]):
     """All players of a server; use it as a context manager.
 
     Args:
@@ -125,9 +124,6 @@ class Squad:
         self.cpu.append(time.process_time() - began)
         member.client.send(answer)
         self.percepts = member.agent.percepts
-
-    def __enter__(self) -> "Squad":
-        return self
 
     def __exit__(self, *_: object) -> None:
         for member in self.members:

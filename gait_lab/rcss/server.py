@@ -58,13 +58,6 @@ def install() -> Path:
 class Server:
     """A server without pace, which waits for every player in each cycle; use it with `with`.
 
-    Args:
-        field: Its field.
-        arguments: More of its arguments.
-
-    Attributes:
-        port: Its port for players.
-
     Raises:
         NaoGaitError: It cannot be installed, or does not start.
     """

@@ -24,7 +24,6 @@ class ServerWalk(NamedTuple):
     """A walk.
 
     Attributes:
-        landed: It stood after the drop.
         fell: It fell, or did not land.
         velocity: Mean in the measured window: forward, left [m/s], turn [rad/s].
     """

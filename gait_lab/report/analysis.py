@@ -50,7 +50,6 @@ class Event:
     Attributes:
         time: [s] since the origin of the recording.
         kind: `fall`, `push` or `alarm`.
-        text: Description in words.
     """
 
     time: float
@@ -90,7 +89,6 @@ class Stretch:
         command: None for a bag without commands.
         start: [s] since the origin of the recording.
         end: [s] since the origin of the recording.
-        metrics: Metrics as the benchmark measures them for a task.
     """
 
     command: VelocityCommand | None
@@ -246,23 +244,7 @@ class Analysis:
     """All measurements of one walk; None where the bag lacks the topics.
 
     Attributes:
-        walk: The recording.
-        robot: Its robot.
-        robot_remark: Where the robot is from, or why it is unknown.
-        body: Poses of the body.
-        phases: Support phases.
-        steps: Complete steps.
         origins: Pendulum origins under the left and the right sole, see `origins_under_sole`.
-        trace: Trace as the benchmark measures it.
-        stretches: Stretches of one command.
-        walking: One window from the first step to the last.
-        events: Falls, alarms and pushes.
-        innovation: Innovation of the CoM observer.
-        motors: Torques and speeds.
-        timing: Timing of sensors and answers.
-        paths: Odometry and truth.
-        percepts: What vision has seen.
-        world: What the player estimated.
     """
 
     walk: RecordedWalk

@@ -1,7 +1,5 @@
 """Writes the page about one bag, or about two."""
 
-import contextlib
-import os
 from collections.abc import Callable
 from dataclasses import asdict
 from html import escape
@@ -15,7 +13,7 @@ from gait_lab.report.plot import ArrayStore
 from gait_lab.report.replay import replay
 from gait_lab.report.verdict import findings, headline, key_numbers
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
-from robot_core.errors import NaoGaitError
+from robot_core.schema import write_text
 
 STAGE = (
     '<div class="card stage"><div id="now"></div>'
@@ -38,7 +36,7 @@ def command(
 def write_report(bag: Path, out: Path, say: Callable[[str], None], robot: str = "") -> bool:
     """Write the page of one bag; false if it holds no walk."""
     analysis = analyse(bag, robot)
-    write(out, report_page(analysis))
+    write_text(out, report_page(analysis), "output")
     tell(analysis, say)
     say(f"{out}: {out.stat().st_size / 1e6:.1f} MB")
     return analysis.has_motion
@@ -49,7 +47,7 @@ def write_comparison(
 ) -> bool:
     """Write the page that compares bag A with bag B; false if one of them holds no walk."""
     analyses = analyse(before, robot), analyse(after, robot)
-    write(out, compare_page(*analyses))
+    write_text(out, compare_page(*analyses), "output")
     head, found = summary(compared(*analyses), *analyses)
     for name, analysis in zip("AB", analyses, strict=True):
         say(f"{name} {analysis.walk.name}: {headline(analysis).text}")
@@ -71,19 +69,6 @@ def tell(analysis: Analysis, say: Callable[[str], None]) -> None:
         say(f"  bag   {remark}")
     for missing in analysis.walk.missing:
         say(f"  lacks {missing}")
-
-
-def write(out: Path, text: str) -> None:
-    """Replace the page in one step, so that it is never incomplete."""
-    part = out.with_name(out.name + ".part")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, out)
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            part.unlink(missing_ok=True)
-        raise NaoGaitError("output", str(out), f"a file that can be written ({error})") from error
 
 
 def report_page(analysis: Analysis) -> str:

@@ -45,9 +45,6 @@ class Compared:
     """A number of both walks.
 
     Attributes:
-        name: Name in the table.
-        unit: Unit of both values.
-        digits: Digits after the point.
         before: Value of walk A; NaN if unknown.
         after: Value of walk B; NaN if unknown.
         better: +1: more is better, -1: less is, 0: neither.

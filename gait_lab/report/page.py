@@ -15,9 +15,6 @@ class Block(NamedTuple):
     """A part of the page.
 
     Attributes:
-        identity: Id of the HTML element.
-        short: Title in the navigation.
-        html: The HTML.
         figure: What the script draws in it; None for a table.
     """
 

@@ -65,20 +65,11 @@ class Figure:
     """What a figure shows, and how.
 
     Attributes:
-        identity: Id of the HTML element.
-        short: Title in the navigation.
-        title: Title above the figure.
-        note: Below the figure.
         lines: Gives the lines of a walk; none if the bag lacks the topics.
         height: [pixels] of a panel.
-        columns: Of panels.
         x_label: `TIME` for the page's time axis, with cursor, marks and common zoom.
         window: [s] that are shown around the cursor; 0: the common zoom.
-        equal: One metre is as long on both axes.
         even: Names of lines whose largest values, without outliers, span the panels around 0.
-        x_axis: Further properties of each x axis.
-        y_axis: Further properties of each y axis.
-        layout: Further properties of the layout.
     """
 
     identity: str

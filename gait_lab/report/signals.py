@@ -104,7 +104,6 @@ class JointUse:
     """One joint over the whole bag.
 
     Attributes:
-        name: Name of the joint.
         tracking: RMS of target minus angle, the lag taken out [rad]; NaN without targets.
         lag: [s] from target sent to the angle that fits it best; NaN without motion.
         torque_share: Largest share of the torque that the motor has at that speed; NaN without
@@ -129,7 +128,6 @@ class MotorUse:
     """All joints of the robot.
 
     Attributes:
-        joints: All joints with a motor.
         stamp: (t,) [ns].
         torque: (t, n) share of the torque limit.
         saturated: (t,) number of motors at their torque limit.
@@ -220,8 +218,6 @@ class Timing:
     """Timing of sensors and answers; in seconds unless noted otherwise.
 
     Attributes:
-        period: Median time between two joint states.
-        missed: Joint states that were never recorded.
         unanswered: Joint states without a joint_command of the same stamp.
         age: Median age of a joint state when it was recorded; NaN if none has a stamp.
         answer: (t,) from a joint state's recording to that of its answer.

@@ -38,11 +38,6 @@ class TextTable:
     """A table of texts.
 
     Attributes:
-        identity: Id of the HTML element.
-        short: Title in the navigation.
-        title: Above the table.
-        note: Below the table.
-        head: Headings of the columns.
         rows: Cells; one that is preceded by a CSS class and a line end has that class.
     """
 
@@ -187,7 +182,6 @@ class Finding:
 
     Attributes:
         grade: `good`, `fair`, `bad` or `note`.
-        text: One sentence.
     """
 
     grade: str

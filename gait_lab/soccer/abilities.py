@@ -52,9 +52,7 @@ class AbilityResult:
     """What came of it.
 
     Attributes:
-        done: The robots showed the ability.
         seconds: [s] that it took; None if they did not.
-        doing: What they did, for reports.
     """
 
     spec: AbilitySpec

@@ -169,8 +169,6 @@ class WalkReferee:
     Attributes:
         began: [s] at which the robot touched the first touchline; None = not yet.
         ended: [s] at which it touched the target; None = not yet.
-        touched: It has touched an obstacle.
-        passed: It has not passed an obstacle on the wrong side.
     """
 
     def __init__(self, course: Course, *, weaves: bool) -> None:
@@ -214,8 +212,6 @@ class ControlReferee:
         radius: Of the ball [m].
 
     Attributes:
-        away: How often the ball was too far away.
-        contacts: How often it touched an obstacle.
         ended: [s] at which ball and robot were beyond the target; None = not yet.
     """
 
@@ -251,8 +247,6 @@ class KickReferee:
 
     Attributes:
         distance: [m] to the target; None = not at rest, or not kicked in time.
-        again: The robot touched the ball again.
-        over: There is nothing more to come.
     """
 
     def __init__(self, ball: Point2, target: Point2) -> None:

@@ -20,6 +20,7 @@ towards positive y. The time starts after it has stood for a while, as it was pl
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -197,9 +198,7 @@ class ChallengeResult:
 
     Attributes:
         score: [s] or [m], the less the better; None = not done by the rules.
-        penalties: Their number.
         parts: [m] left to each target of the best kick; None = not by the rules.
-        doing: What happened, for reports.
         trace: True places of robot and ball (x, y, x, y [m]) ten times a second.
     """
 
@@ -216,7 +215,7 @@ def play_challenge(spec: ChallengeSpec) -> ChallengeResult:
     return CHALLENGES[spec.name](spec)
 
 
-class _Attempt:
+class _Attempt(AbstractContextManager["_Attempt"]):
     """A robot on the field, and those that stand there."""
 
     def __init__(
@@ -267,9 +266,6 @@ class _Attempt:
     def result(self, score: float | None, doing: str, penalties: int = 0) -> ChallengeResult:
         """What came of it."""
         return ChallengeResult(self.spec, score, penalties, (), doing, tuple(self.trace))
-
-    def __enter__(self) -> "_Attempt":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.pitch.world.close()

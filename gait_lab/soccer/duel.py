@@ -30,8 +30,6 @@ class DuelSpec(PitchSpec):
     Attributes:
         angle: [rad] Bearing of blue from the ball; red is opposite. 0: each is on its own side.
         seconds: [s] Duration, unless the ball leaves the field before.
-        red: How red plays beside others.
-        blue: The same of blue.
     """
 
     angle: float = 0.0
@@ -49,9 +47,7 @@ class DuelResult:
         way: [m] that the ball rolled.
         rest: Share of the time in which the ball rested.
         free: [s] until the ball was `FREE` from its start; None = it was not.
-        falls: Of red and of blue.
         seconds: [s] that it took.
-        doing: What they did at the end, for reports.
     """
 
     spec: DuelSpec

@@ -95,11 +95,6 @@ class WalkSamples(NamedTuple):
         columns: dict[str, Any] = {name: getattr(self, name)[:end] for name in self._fields}
         return WalkSamples(**columns)
 
-    @property
-    def seconds(self) -> float:
-        """Length [s]."""
-        return float(self.stamp[-1] - self.stamp[0]) * 1e-9
-
 
 class RandomWalk(Policy):
     """Random velocities that last for random times; near the border the robot turns inwards.

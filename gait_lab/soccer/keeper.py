@@ -57,8 +57,6 @@ class ShotResult:
 
     Attributes:
         speed: [m/s] at which the ball began to roll.
-        held: It was not in the goal afterwards.
-        motions: What the keeper did.
         fell: It fell, other than by a dive.
         up: [s] after the shot at which it stood or walked again; None = not within the limit.
     """

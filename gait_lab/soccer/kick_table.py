@@ -8,6 +8,7 @@ from pathlib import Path
 from nao_soccer.behavior.walking import WalkLimits
 from robot_core.errors import NaoGaitError
 from robot_core.motion.library import shipped_library
+from robot_core.schema import write_text
 from sim_bridge.trials.dribble import DribbleResult, DribbleSpec, dribble
 from sim_bridge.trials.kick import KickResult, KickSpec, kick, kick_directions
 from sim_bridge.trials.parallel import parallel_map
@@ -126,9 +127,5 @@ def write(
 ) -> None:
     """Measure all kicks and dribbles with each robot, and write the file."""
     what = urdf, robots, engine, jobs
-    text = table(urdf, measured(*what), dribbled(*what))
-    try:
-        out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise NaoGaitError("out", str(out), f"a file that can be written ({error})") from None
+    write_text(out, table(urdf, measured(*what), dribbled(*what)), "out")
     say(f"written: {out}")

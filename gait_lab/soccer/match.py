@@ -3,6 +3,7 @@
 import contextlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -49,15 +50,12 @@ class MatchSpec(PitchSpec):
     """One match.
 
     Attributes:
-        minutes: Duration of a half.
         robots: Number of robots in each team; None = as in the scene.
         loss: Share of team messages that are lost.
         without_roles: Teams whose players do not agree who goes to the ball.
         goalkeepers: Teams whose player 1 is a goalkeeper; None = those of three or more.
         frames: Keep what a replay needs.
         silence: From when to when [s] the referee is not heard; None = never.
-        red: How red plays beside other robots.
-        blue: The same of blue.
     """
 
     minutes: float = 2.0
@@ -76,13 +74,9 @@ class MatchResult:
     """What came of a match.
 
     Attributes:
-        score: Goals by team.
-        goals: The goals.
         seconds: Simulated time [s].
-        falls: Falls by robot.
         kicks: Number of kicks, which are motions of a standing robot: of those that the gait
             accepted, over ROS 2 of those that were requested.
-        strokes: Number of strokes of dribbling robots.
         messages: Team messages that were sent; None if they were not counted.
         one_striker: Share of the playing time in which a team had exactly one striker; NaN if it
             was not watched.
@@ -91,7 +85,6 @@ class MatchResult:
         playing: [s] in which the ball was in play; None if it was not watched.
         rest: Share of that in which the ball rested; likewise.
         duels: [s] that each duel lasted: robots of both teams were within `AT_BALL` of the ball.
-        frames: The moments of the replay.
         motion: How the robots moved between them; None if it was not kept.
     """
 
@@ -143,7 +136,7 @@ class MatchResult:
         }
 
 
-class Match:
+class Match(AbstractContextManager["Match"]):
     """One match; `play` plays it. Use it as a context manager.
 
     `rendered`: players see rendered images, not percepts by the model; `eyes` further processes
@@ -328,9 +321,6 @@ class Match:
             list(frames) if self.spec.frames else [],
             self._motion,
         )
-
-    def __enter__(self) -> "Match":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.pitch.close()

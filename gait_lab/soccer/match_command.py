@@ -3,6 +3,7 @@
 import json as json_format
 import time as clock
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ EYES_MAX = 20
 """Most processes that render and see: there are not more robots."""
 
 
-class Progress:
+class Progress(AbstractContextManager["Progress"]):
     """A progress bar of simulated time, with phase and score."""
 
     def __init__(self) -> None:
@@ -35,9 +36,6 @@ class Progress:
             f"{frame.phase}, red {frame.score[0]} : {frame.score[1]} blue", refresh=False
         )
         self._bar.update(min(frame.time, self._bar.total or 0.0) - self._bar.n)
-
-    def __enter__(self) -> "Progress":
-        return self
 
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:

@@ -58,9 +58,7 @@ class OtherRobot(NamedTuple):
     """Another robot, where it truly is.
 
     Attributes:
-        kind: Its team.
         place: x, y [m] in the field: between its feet, or its torso if it lies.
-        lies: It lies on the ground.
     """
 
     kind: Kind

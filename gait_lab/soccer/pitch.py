@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -46,10 +47,6 @@ class RobotPlayer(Policy):
     """One robot on a pitch: eyes, player and gait.
 
     Attributes:
-        player: World model and behaviour.
-        decision: The last one.
-        estimated_pose: Its own pose in the field of its team by its world model.
-        kicks: Names of the motions that kicked so far.
         runs: The process of the player runs; without it, the gait gets no commands and stands.
     """
 
@@ -69,7 +66,6 @@ class RobotPlayer(Policy):
         self.player = player
         self._stamp: int | None = None
         self.decision: Decision | None = None
-        self.estimated_pose: Pose2 | None = None
         self.runs = True
         self._motion = ""
         self._walk = STANDSTILL
@@ -101,7 +97,6 @@ class RobotPlayer(Policy):
         decision = player.decide(Body(status.state), round(time * 1e9))
         if decision is None:
             return
-        self.estimated_pose = decision.world.own.pose
         self.decision = decision
         action = decision.action
         self._walk = action.walk
@@ -134,7 +129,7 @@ class RobotPlayer(Policy):
         self._motion = ""
 
 
-class Pitch:
+class Pitch(AbstractContextManager["Pitch"]):
     """The world of a scene, and its robots as players. Use it as a context manager.
 
     Args:
@@ -298,9 +293,6 @@ class Pitch:
             yield ticks
             self.count += 1
 
-    def __enter__(self) -> "Pitch":
-        return self
-
     def __exit__(self, *_: object) -> None:
         self.close()
 
@@ -367,10 +359,7 @@ class PitchSpec:
 
     Attributes:
         seed: Of the individuals, their sensors and percepts, and all that is drawn.
-        scene: Field and robots: a shipped scene or a YAML file.
         urdf: What all robots are; None = as in the scene.
-        engine: Physics engine.
-        plant: The plant, or its name or file.
     """
 
     seed: int = 0

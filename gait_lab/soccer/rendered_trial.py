@@ -1,7 +1,5 @@
 """The world model with rendered images: one robot walks random commands on a field and sees."""
 
-import time as clock
-
 from gait_lab.soccer.ball_course import BallCourse, BallTruth
 from gait_lab.soccer.field_walks import RandomWalk, WalkSpec, half_of, scene_of
 from gait_lab.soccer.rendered_eyes import RenderedEyes
@@ -50,14 +48,12 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
             stamp = status.stamp
             model.add_odometry(stamp, status.base_footprint_in_odom)
             for percepts in eyes.arrived(world.time, tick.truth, ball.position, ()):
-                began = clock.perf_counter()
                 model.add_percepts(percepts)
                 state = model.state()
-                cost = clock.perf_counter() - began
                 if state is not None and state.stamp in truths:
                     gait.request_look(looking.goal(head, state))
                     delay = (state.stamp - percepts.stamp) * 1e-9
-                    rows.append(trace_row(state, *truths[state.stamp], delay, cost))
+                    rows.append(trace_row(state, *truths[state.stamp], delay))
             for old in [each for each in truths if each < stamp]:
                 del truths[old]
     return WorldTrace.of(rows)

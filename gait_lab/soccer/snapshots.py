@@ -25,7 +25,6 @@ class PlanSnapshot(NamedTuple):
     """What a robot means to do with the ball.
 
     Attributes:
-        name: Of the kick, or of the step that hits the ball.
         direction: Where the ball has to go [rad] in the world.
         seconds: Expected time [s] until the ball is in the goal.
     """
@@ -42,19 +41,13 @@ class RobotSnapshot(NamedTuple):
         x: [m] in the world.
         y: [m].
         heading: [rad].
-        state: Mode of the gait.
-        role: Role in its team.
         doing: The last option of its activation path, and the state of that.
         turned: It takes one half of the field for the other.
-        path: Its activation path from the root: option and state.
         change: The newest transition on that path: option, state before and after, and why.
-        plan: What it means to do with the ball.
-        runner_up: What it would do else.
         believed: Where it takes itself to be, in the world.
         ball: Where it takes the ball to be [m], in the world.
         others: Where it takes other robots to be [m], in the world.
         penalty: Why it may not play; empty if it may.
-        kicks: Number of kicks so far.
     """
 
     x: float
@@ -87,9 +80,6 @@ class Snapshot:
     Attributes:
         time: [s].
         ball: x, y [m] in the world.
-        robots: The robots by name.
-        phase: Phase of the game.
-        score: Goals of red and of blue.
         set_play: The set play that is not over; empty if none is.
         kicking: The team that has the kick-off or the set play.
     """

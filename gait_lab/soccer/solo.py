@@ -30,7 +30,6 @@ class SoloSpec(PitchSpec):
         start: Pose of the robot in the world; None = drawn.
         ball: x, y [m] of the ball in the world; None = drawn.
         limit: [s] after which the trial ends.
-        rendered: The robot sees rendered images, not percepts by the model.
     """
 
     draw: int = 0
@@ -47,9 +46,6 @@ class SoloResult:
     Attributes:
         goal: [s] until the ball was in the opponents' goal; None = it was not.
         outs: Number of times that the ball left the field; it was put back as the referee does.
-        falls: Number of falls.
-        kicks: The kicks, by the names of their motions.
-        path: The activation path at the end, for reports.
     """
 
     spec: SoloSpec

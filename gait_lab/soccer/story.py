@@ -42,7 +42,6 @@ class Event(NamedTuple):
         time: [s].
         kind: `goal`, `fall`, `kick`, `out`, `penalty`, `lost` or `whistle`.
         team: Whose; empty for both.
-        text: What.
         why: How it came about; may be empty.
         place: Where [m]; None for events of the whole game.
     """
@@ -389,13 +388,7 @@ class RobotNumbers:
     """What one robot did while the ball was in play.
 
     Attributes:
-        name: The robot.
-        team: Its team.
-        goals: Of its own.
-        touches: Number of touches.
         gain: [m] by which they brought the ball forward.
-        kicks: Number of kicks.
-        falls: Number of falls.
         walked: [m].
         played: [s] on the field.
         down: [s] of these on the ground.

@@ -6,7 +6,6 @@ state's own time.
 """
 
 import math
-import time as clock
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -61,9 +60,7 @@ class WorldTrialSpec(PitchSpec):
     Attributes:
         delay: [s] From exposure to percept; None = as measured.
         knows_delay: Percepts have the time of their image; False = that of their arrival.
-        gap: A time without images.
         mate: A team mate tells of the ball.
-        head: What the head does.
         errors: Of the percepts; None = as measured.
         scale: Factor of the errors of places.
     """
@@ -93,7 +90,6 @@ class WorldTrace:
         ball_covariance: (n, 3) of the place [m^2].
         ball_age: (n,) [s] since the ball was put down or kicked, at the time of the image.
         ball_recent: (n,) It was seen recently.
-        cost: (n,) [s] of computing for each image.
     """
 
     time: FloatArray
@@ -106,7 +102,6 @@ class WorldTrace:
     ball_covariance: FloatArray
     ball_age: FloatArray
     ball_recent: NDArray[np.bool_]
-    cost: FloatArray
 
     @classmethod
     def of(cls, rows: Iterable[tuple[object, ...]]) -> "WorldTrace":
@@ -165,11 +160,11 @@ class Head:
 
 
 def trace_row(
-    state: WorldState, truth: Pose2, ball: BallTruth, delay: float, cost: float
+    state: WorldState, truth: Pose2, ball: BallTruth, delay: float
 ) -> tuple[object, ...]:
     """The fields of a `WorldTrace` after an image, with the truth at the time of the state.
 
-    `delay` [s] is from the exposure of the image to the state, `cost` [s] that of computing.
+    `delay` [s] is from the exposure of the image to the state.
     """
     x, y, _ = relative((*ball.position, 0.0), truth)
     known = state.ball
@@ -184,7 +179,6 @@ def trace_row(
         (math.nan,) * 3 if known is None else known.position_covariance,
         ball.since - delay,
         known is not None and known.seen_recently,
-        cost,
     )
 
 
@@ -207,7 +201,7 @@ def run_trial(
     head = Head(robot)
     arrivals: deque[Arrival] = deque()
     period = round(1e9 * IMAGE_PERIOD / head.camera_count)
-    rows, exposures, before, cost = [], 0, int(walk.stamp[0]), 0.0
+    rows, exposures, before = [], 0, int(walk.stamp[0])
     model.start((_pose(walk.truth[0]),))
     table = zip(
         walk.stamp.tolist(), walk.odometry.tolist(), walk.torso.tolist(), walk.truth.tolist(),
@@ -219,9 +213,7 @@ def run_trial(
         blind = spec.gap is not None and spec.gap.start <= time < spec.gap.end
         if spec.gap is not None and spec.gap.fall:
             model.set_upright(not blind)
-        began = clock.perf_counter()
         model.add_odometry(stamp, _pose(odometry))
-        cost += clock.perf_counter() - began
         head.step(torso, (stamp - before) * 1e-9)
         before = stamp
         if stamp >= int(walk.stamp[0]) + exposures * period:
@@ -237,15 +229,12 @@ def run_trial(
             due, percepts = arrivals.popleft()
             if not spec.knows_delay:
                 percepts = replace(percepts, stamp=stamp)
-            began = clock.perf_counter()
             model.add_percepts(percepts)
             state = model.state()
-            cost += clock.perf_counter() - began
             if state is None:
                 continue
             head.control.ask(looking.goal(spec.head, state))
-            rows.append(trace_row(state, truth, ball, (stamp - due + delay) * 1e-9, cost))
-            cost = 0.0
+            rows.append(trace_row(state, truth, ball, (stamp - due + delay) * 1e-9))
             if watch is not None:
                 watch(model, state)
     return WorldTrace.of(rows)

@@ -89,7 +89,6 @@ class ComparisonRow:
     """One line of the table.
 
     Attributes:
-        name: Name of the value.
         unit: SI unit; `robots` for a count.
         before: Worst and median over the robots, with the parameters of the start.
         after: The same with those of the winner.

@@ -131,17 +131,7 @@ def _speed(metrics: Metrics, task: Task) -> float:
 
 
 def _walk_task(spec: TrialSpec, task: Task) -> Metrics:
-    return rollout(
-        RolloutSpec(
-            task,
-            robot_seed=spec.robot_seed,
-            parameters=spec.parameters,
-            calibration=spec.calibration,
-            plant=spec.plant,
-            urdf=spec.urdf,
-            engine=spec.engine,
-        )
-    ).metrics
+    return rollout(RolloutSpec(task, **spec.fields)).metrics
 
 
 def _if_upright(metrics: Metrics, value: float, otherwise: float) -> float:

@@ -4,6 +4,7 @@ import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from optuna.trial import FrozenTrial
 
@@ -28,22 +29,7 @@ from sim_bridge.world import World
 
 @dataclass(frozen=True, slots=True)
 class TuneOptions:
-    """Options of the command; None takes what the study says, or the default.
-
-    Attributes:
-        study: Name or file of the study.
-        method: Search method.
-        trials: Number of trials.
-        workers: Number of processes; None for all cores.
-        resume: Whether to continue the study in `out`.
-        join: Whether to help the tuner that leads the study: only to search, in its storage.
-        storage: URL of the database of the trials; None for a file in `out`.
-        out: Folder for the results; None for `out/tune/STUDY`.
-        seed: Seed of the method.
-        engine: Physics engine of the search.
-        confirm: Whether to confirm the winner on unseen robots.
-        places: Where to confirm it, as ENGINE/PLANT; empty for the places of the study.
-    """
+    """Options as the command line explains them; None takes what the study says, or the default."""
 
     study: str
     method: str | None = None
@@ -76,6 +62,11 @@ class Result:
     best: FrozenTrial
     candidates: Sequence[Candidate]
     comparisons: Sequence[Comparison]
+
+
+def command(say: Callable[[str], None], *, places: Sequence[str], **options: Any) -> None:
+    """Run with the fields of `TuneOptions`."""
+    run(TuneOptions(places=tuple(places), **options), say)
 
 
 def run(options: TuneOptions, say: Callable[[str], None]) -> Result | None:

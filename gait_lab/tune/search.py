@@ -97,12 +97,7 @@ def leading(out: Path) -> Iterator[None]:
 
 
 class Kept:
-    """The stored trials of a study.
-
-    Args:
-        study: The study.
-        url: Storage, as a database URL of SQLAlchemy.
-    """
+    """The stored trials of a study."""
 
     def __init__(self, study: Study, url: str) -> None:
         optuna.logging.set_verbosity(optuna.logging.WARNING)

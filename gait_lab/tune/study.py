@@ -119,14 +119,8 @@ class Study:
     """A checked study.
 
     Attributes:
-        name: Its name.
-        file: What its file says.
         start: Parameters at the start of the search; those that are not varied keep their value.
-        protocol: How parameters are tried.
-        options: Options of the protocol in the search.
         confirm_options: Its options in finals and confirmation.
-        place: Where the search walks.
-        confirm_places: Where the winner is confirmed.
     """
 
     name: str
@@ -196,10 +190,6 @@ def load_study(
 
 def parse_study(values: Any, name: str = "study") -> Study:
     """Check the content of a study file.
-
-    Args:
-        values: The content.
-        name: Name of the study if the content has none.
 
     Raises:
         NaoGaitError: A key or value is not allowed.

@@ -3,7 +3,7 @@
 import multiprocessing
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any
@@ -30,7 +30,7 @@ class Outcome:
     error: str | None = None
 
 
-class Workers:
+class Workers(AbstractContextManager["Workers"]):
     """A number of processes, each with one job at a time; a context manager that ends them."""
 
     def __init__(self, count: int) -> None:
@@ -39,9 +39,6 @@ class Workers:
         self._busy: dict[Connection, _Job] = {}
         self._idle: list[Connection] = []
         self._processes: dict[Connection, Any] = {}
-
-    def __enter__(self) -> "Workers":
-        return self
 
     def __exit__(self, *_: object) -> None:
         for process in self._processes.values():

@@ -81,7 +81,6 @@ class CalibratedColors:
     """A colour table and what it is made of.
 
     Attributes:
-        table: The table.
         pixels: Number of pixels by class; 0 = the range of the base table.
     """
 

@@ -27,6 +27,7 @@ from nao_soccer.vision.colors import (
 from nao_soccer.vision.controller import ImageInput, pixels_of
 from robot_core.errors import NaoGaitError
 from robot_core.resources import names
+from robot_core.schema import write_text
 from sim_bridge.trials.rendered_frames import HeadSweep, RenderSpec, rendered_frames
 
 IMAGES_MAX = 40
@@ -75,11 +76,7 @@ def calibrate(
     images = _spread(read_images(source, topic=topic, engine=engine))
     found = calibrate_colors(images, table, marked)
     picture = out.with_suffix(".png")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(table_yaml(found, f"{len(images)} images of {source}", base), "utf-8")
-    except OSError as error:
-        raise NaoGaitError("out", str(out), f"a file that can be written ({error})") from error
+    write_text(out, table_yaml(found, f"{len(images)} images of {source}", base), "out")
     shown = picture_of(images, load_color_table(out))
     cv2.imwrite(str(picture), cv2.cvtColor(shown, cv2.COLOR_RGB2BGR))
     say(f"{len(images)} images of {source}")

@@ -29,10 +29,7 @@ class Tile(NamedTuple):
     """An image of the sheet.
 
     Attributes:
-        engine: Of physics and images.
-        seed: Number of the robot.
         kind: How it walks; see `walks.KINDS`.
-        brightness: Factor on the images.
     """
 
     engine: str

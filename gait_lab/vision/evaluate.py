@@ -29,14 +29,7 @@ class VisionWalk:
     """One walk to be seen.
 
     Attributes:
-        seed: Number of the robot.
         kind: One of `walks.KINDS`.
-        engine: Of physics and images.
-        seconds: Time that is scored.
-        urdf: The robot.
-        plant: Name or file of the plant.
-        plant_options: Replaced options of the plant.
-        clutter: Coloured columns stand around the field.
     """
 
     seed: int
@@ -54,7 +47,6 @@ class WalkScores:
     """Scores of one walk.
 
     Attributes:
-        walk: The walk.
         scores: By brightness.
         late: At brightness 1, with the newest pose of the camera in place of that of the image.
     """

@@ -54,11 +54,6 @@ class Expected:
     in_image: bool
     due: bool
 
-    @property
-    def distance(self) -> float:
-        """[m] from base_footprint."""
-        return math.hypot(*self.position)
-
 
 class View:
     """One image with its truth."""

@@ -56,14 +56,12 @@ class Sighting(NamedTuple):
     """An object of one image.
 
     Attributes:
-        kind: What it is.
         position: [m] in the true base_footprint.
         in_image: See `Expected`.
         due: See `Expected`.
         seen_as: Kind of the percept that is nearest to it; None if it was missed.
         percept: [m] Place of that percept.
         sigma: [m] Standard deviation of that place as vision states it.
-        pose: Of the camera.
     """
 
     kind: Kind

@@ -18,9 +18,6 @@ class LevelFrame:
 
     Attributes:
         origin: Origin [m].
-        forward: Unit x axis.
-        left: Unit y axis.
-        up: Unit z axis.
     """
 
     __slots__ = ("forward", "left", "origin", "up")

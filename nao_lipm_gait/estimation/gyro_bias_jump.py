@@ -38,7 +38,6 @@ class _Tick:
         deadband: Growth [rad] that does not count.
         fast: Share by which the average over `FAST_TIME` follows a difference.
         slow: The same over `SLOW_TIME`.
-        settles: The usual differences are not known yet.
         dt: Time [s] since the last tick.
     """
 

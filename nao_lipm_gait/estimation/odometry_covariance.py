@@ -21,9 +21,6 @@ class OdometryCovariance:
     F P F' + Q. The variance of the heading is that of the yaw slip's estimator. If it decreases, an
     earlier error was found, and the covariance of heading and place decreases alike. The way on
     slipping soles may be all wrong, so it counts as a deviation of its own.
-
-    Attributes:
-        pose: The covariance.
     """
 
     def __init__(self) -> None:

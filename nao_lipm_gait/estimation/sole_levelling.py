@@ -155,14 +155,7 @@ class _Tick:
 
 @final
 class _Learned:
-    """A number with its variance: a Kalman filter with one state.
-
-    Args:
-        value: First value.
-        sigma: Its deviation.
-        low: Smallest value.
-        high: Largest value.
-    """
+    """A number with its variance: a Kalman filter with one state."""
 
     __slots__ = ("_high", "_low", "value", "variance")
 

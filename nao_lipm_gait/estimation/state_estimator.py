@@ -73,8 +73,6 @@ class StateEstimator:
         alignment: Measures the IMU against the soles.
 
     Attributes:
-        orientation: Orientation of the torso relative to gravity.
-        odometry: Pose of the robot on the ground.
         com_in_q: Measured CoM [m].
         acceleration_in_q: Measured acceleration [m/s^2] of the torso along x and y.
         angular_velocity: Gyro [rad/s] in the torso frame.

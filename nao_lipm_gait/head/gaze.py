@@ -19,8 +19,6 @@ class Neck:
     """A pan joint with a tilt joint above it.
 
     Attributes:
-        pan: Index of the pan joint.
-        tilt: Index of the tilt joint.
         position: [m] On the pan axis, as high as the tilt axis, in the torso frame.
         ahead: [m] Of the tilt axis from the pan axis, head straight.
         camera_height: [m] Height of the line of sight above that point, head straight.

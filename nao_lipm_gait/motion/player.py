@@ -79,7 +79,6 @@ class MotionPlayer:
         stand: (n,) [rad] The gait's stand pose.
 
     Attributes:
-        motion: The motion.
         time: [s] From start to end.
     """
 

@@ -41,7 +41,6 @@ class MotionScheduler:
         library: Its motions; None = the shipped ones, read when first needed.
 
     Attributes:
-        waiting: The requested motion, which starts as soon as it can.
         get_up_wanted: A get-up was requested; it starts once the lying side is known.
         attempts: Get-ups since the last stand.
     """

@@ -61,10 +61,7 @@ class Reporter:
         clock: Any monotonic time [s].
 
     Attributes:
-        say: What the parts of the controller report to.
-        faults: Ticks whose targets were held or clipped by the guard.
         unexpected: Exceptions other than NaoGaitError: mistakes of this program.
-        crashes: Why the first few ticks gave no usable targets.
     """
 
     def __init__(self, gait: Gait, control_period: float, clock: Callable[[], float]) -> None:

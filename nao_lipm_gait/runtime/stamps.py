@@ -51,7 +51,6 @@ class StampMonitor:
 
     Attributes:
         last: The newest accepted stamp [ns]; None before the first.
-        missed: Frames that never arrived.
         mean_step: Mean time from one frame to the next [ns], lost frames left out.
         longest_gap: Longest time between two frames of one walk [ns].
     """

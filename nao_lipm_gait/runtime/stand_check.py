@@ -24,11 +24,7 @@ QUIET = 0.02
 class StandCheck:
     """Judges the first quiet stand; one tick after the other.
 
-    Args:
-        robot: The robot.
-
     Attributes:
-        done: It has been judged.
         warning: What is wrong; empty if nothing.
     """
 

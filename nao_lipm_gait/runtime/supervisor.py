@@ -78,9 +78,6 @@ class Supervisor:
         gait: The gait, of which it requests a stand, a restart, a fall or a motion.
         settings: What does not change.
         say: Takes what is to be said.
-
-    Attributes:
-        velocity: The commanded velocity.
     """
 
     def __init__(self, gait: Gait, settings: ControllerSettings, say: Diagnostics) -> None:

@@ -32,7 +32,6 @@ class GuardedTargets:
     """Targets that can be sent.
 
     Attributes:
-        targets: Finite and inside the joint limits.
         held: They are the ones of an earlier tick, because this tick gave none that can be used.
         fault: What was wrong, with its evidence; None if nothing was.
     """

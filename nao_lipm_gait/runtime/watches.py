@@ -124,8 +124,6 @@ class Outage(NamedTuple):
     Attributes:
         reason: Why the robot must not walk; None if it may.
         log_key: Tells reasons apart; the log shows each once.
-        fallen: The robot lies: take the torque off.
-        imu_returned: The IMU is back after an outage.
     """
 
     reason: str | None = None
@@ -197,9 +195,6 @@ class HeatWatch:
         robot: Its leg motors matter most.
         say: Where hot motors are reported.
         slower: Factor on the commanded velocity while a motor is hot; 1 = unchanged.
-
-    Attributes:
-        hot: A motor is hot.
     """
 
     def __init__(self, robot: RobotDescription, say: Diagnostics, slower: float) -> None:

@@ -85,7 +85,6 @@ class Expectation:
     """The state that the walk expects at the time of the measurement.
 
     Attributes:
-        support: Supporting leg, LEFT or RIGHT.
         com_in_q: Expected CoM, x and y in Q [m].
         sole_in_q: Pose of the supporting sole in Q; the measured CoM refers to it.
         wanted_step: Size of the last step before feedback changed it.

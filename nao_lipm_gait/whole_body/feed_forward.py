@@ -26,14 +26,7 @@ RISE_TIME = 0.3
 
 
 class FeedForward:
-    """The lead of the targets of one robot.
-
-    Args:
-        robot: The robot, in its own size.
-
-    Attributes:
-        needed: Some of its motors give way.
-    """
+    """The lead of the targets of one robot."""
 
     def __init__(self, robot: RobotDescription) -> None:
         stiffness = [robot.motors[name].stiffness for name in robot.joint_names]

@@ -18,11 +18,7 @@ from robot_core.types import FloatArray, Point3
 
 
 class PostureFeedback:
-    """Corrects the support leg and the upper body by the angular velocity of the torso.
-
-    Args:
-        robot: The robot.
-    """
+    """Corrects the support leg and the upper body by the angular velocity of the torso."""
 
     def __init__(self, robot: RobotDescription):
         left, right = LegColumns(robot, robot.left_leg), LegColumns(robot, robot.right_leg)

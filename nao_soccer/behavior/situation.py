@@ -60,11 +60,7 @@ class Situation:
 
     Attributes:
         plan: What to do with the ball; None while no ball is known.
-        striker: The team mate who is the striker, if it is another one.
         rank: The robot's place among the supporters of its team, from 0.
-        lost: The own pose has not been valid for a while.
-        dives: The robot can dive.
-        duel: How it plays beside others.
     """
 
     world: WorldState

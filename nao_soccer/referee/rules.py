@@ -231,11 +231,6 @@ class Referee:
         """The team that has the kick-off or the set play; empty while both may play the ball."""
         return self._kicks or ""
 
-    @property
-    def touched_by(self) -> str:
-        """Name of the robot that touched the ball last; empty if none has since it was put."""
-        return self._ball.touched_by
-
     def penalty(self, name: str) -> Penalty:
         """The penalty of a robot."""
         return self._players[name].penalty

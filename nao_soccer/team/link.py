@@ -74,10 +74,6 @@ class TeamLink:
         player: Number of the player.
         field: The field.
         players: Number of players that share the budget.
-
-    Attributes:
-        sent: Number of messages sent.
-        refused: Number of messages that were not accepted.
     """
 
     def __init__(self, team: int, player: int, field: Field, players: int = 2) -> None:

@@ -27,8 +27,6 @@ class Claim(NamedTuple):
     """What a player has told.
 
     Attributes:
-        number: Its number.
-        role: Its role.
         seconds: [s] Estimated time to the ball; `NEVER` if it cannot play.
     """
 

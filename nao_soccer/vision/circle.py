@@ -54,7 +54,6 @@ class Circle(NamedTuple):
         centre: [m] in base_footprint, with the camera lowered by the tilt.
         radius: [m]
         on: (n,) which line points are on it.
-        tilt: What its shape says of the camera.
     """
 
     centre: Point2

@@ -33,13 +33,7 @@ DENSITY_MIN = 0.5
 def find_segments(
     frame: Frame, points: LinePoints, random: np.random.Generator
 ) -> list[LineSegment]:
-    """Straight lines, the one with the most points first.
-
-    Args:
-        frame: The image.
-        points: On lines.
-        random: Draws the pairs of points.
-    """
+    """Straight lines, the one with the most points first."""
     segments: list[LineSegment] = []
     left = points.pixels
     for _ in range(LINES_MAX):

@@ -77,7 +77,6 @@ class LineSegment(NamedTuple):
 
     Attributes:
         start: One end [m] in base_footprint.
-        end: The other end.
         pixels: (n, 2) columns and rows of its points in the image.
     """
 

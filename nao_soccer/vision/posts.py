@@ -49,8 +49,6 @@ class Upright:
     """What a post or pole looks like.
 
     Attributes:
-        kind: Its kind.
-        colors: Colour classes of which it is made.
         diameter: [m].
         height: [m].
     """

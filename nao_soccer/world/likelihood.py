@@ -38,7 +38,6 @@ class Landmark:
     """A percept that has a place on the map.
 
     Attributes:
-        kind: What it is.
         position: (2,) [m] in base_footprint.
         covariance: [m^2]
         yaw: [rad] in base_footprint.
@@ -69,7 +68,6 @@ class Evidence:
     Attributes:
         points: (m, 2) points on lines [m] in base_footprint.
         covariances: (m, 3) of the points [m^2].
-        landmarks: Crossings, posts, poles, circle.
         line_weight: Number of independent points to which all line points are equal.
     """
 

@@ -63,7 +63,6 @@ class Validity:
         DEVIATION: [m] of the place, largest axis.
         HEADING: [rad] Deviation of the heading.
         EXPLAINED: Share of the usual explained evidence.
-        ODDS: Smallest log-odds of the half of the field.
         IMAGES: Images in a row that fulfil all this before a pose becomes valid again.
         PATIENCE: Images in a row that do not, after which it is not valid any more.
     """

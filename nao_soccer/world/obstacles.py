@@ -40,9 +40,7 @@ class ObstacleTrack:
     """One robot.
 
     Attributes:
-        track: Place and velocity in base_footprint.
         age: [s] since it was seen.
-        seen: Number of sightings.
         missed: Number of images since the last one that should have shown it.
     """
 

@@ -67,7 +67,6 @@ class BallEstimate:
         velocity_covariance_in_field: [m^2/s^2] in `field`.
         age: [s] since this robot or a team mate saw it.
         seen_recently: This robot saw it a short time ago, and has not missed it since.
-        by_team: Only team mates know of it.
     """
 
     position: Point2
@@ -92,7 +91,6 @@ class Obstacle:
         covariance: [m^2] in base_footprint.
         velocity: [m/s] over the ground, along the axes of base_footprint.
         team: `red` or `blue`; None if the colour is not known.
-        fallen: It lies on the ground.
         age: [s] since it was seen.
     """
 

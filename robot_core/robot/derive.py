@@ -46,7 +46,6 @@ class _Joint:
     """A driven joint in the zero pose.
 
     Attributes:
-        above: Driven joints from the root to it, itself last.
         axis: (3,) in the axes of the root.
         position: (3,) [m] in the frame of the root.
     """
@@ -57,12 +56,7 @@ class _Joint:
 
 
 class RobotTree:
-    """The driven joints of a URDF in its zero pose; all others count as fixed.
-
-    Attributes:
-        root: Name of the root link.
-        joints: By name.
-    """
+    """The driven joints of a URDF in its zero pose; all others count as fixed."""
 
     def __init__(self, element: ET.Element, driven: Iterable[str], path: Path) -> None:
         import pinocchio as pin  # here: a command line that only names a robot stays quick

@@ -34,9 +34,6 @@ def urdf_of_mjcf(path: Path) -> str:
     Meshes become boxes around them. A joint's torque is its `actuatorfrcrange`, or what its
     actuator can give.
 
-    Args:
-        path: The MJCF.
-
     Raises:
         NaoGaitError: MuJoCo is not installed or cannot read the file, or it has what no URDF has.
     """

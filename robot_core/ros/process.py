@@ -13,7 +13,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from types import FrameType
 from typing import TYPE_CHECKING
 
@@ -129,7 +129,7 @@ def _domains_in_use() -> set[int]:
     return {(port - PORT_BASE) // PORT_GAIN for port in ports}
 
 
-class DomainClaim:
+class DomainClaim(AbstractContextManager["DomainClaim"]):
     """Reserves a ROS_DOMAIN_ID until `release` or the end of the process.
 
     The claim is a name in Linux's abstract socket namespace. The kernel frees it with the process,
@@ -171,9 +171,6 @@ class DomainClaim:
     def release(self) -> None:
         """Give the ID back."""
         self._holder.close()
-
-    def __enter__(self) -> "DomainClaim":
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.release()

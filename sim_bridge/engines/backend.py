@@ -21,10 +21,6 @@ class RobotModel:
     """One individual robot, as an engine builds it.
 
     Attributes:
-        description: Facts of all robots of this kind.
-        plant: The plant with the robot's own sensors.
-        individual: The errors of this robot.
-        body: Masses, joints and shapes of this individual.
         name: Unique in its world; empty for a robot that is alone.
     """
 

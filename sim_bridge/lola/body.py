@@ -33,7 +33,6 @@ class LolaBody:
         period: Time [s] of a cycle.
 
     Attributes:
-        held: The robot is held in its start pose.
         touch: (14,) Buttons and touch sensors in the order of `codec.TOUCH`, to be set by hand.
     """
 

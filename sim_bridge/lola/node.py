@@ -67,7 +67,6 @@ class CycleTimes:
 
     Attributes:
         cycles: Cycles in which a frame was sent.
-        missed: Cycles whose command had not come after a period.
     """
 
     def __init__(self) -> None:
@@ -105,8 +104,6 @@ class LolaServerNode(Node):
     Attributes:
         period: [ns] of a cycle.
         factor: Simulated seconds per wall second; 0 = each cycle waits for its command.
-        socket: The client's connection.
-        times: How fast the client answers.
     """
 
     def __init__(self) -> None:

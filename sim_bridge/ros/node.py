@@ -58,7 +58,6 @@ class BridgeNode(Node):
     Attributes:
         control_period: [ns] simulated time of one step.
         factor: Simulated seconds per wall second; 0 = as fast as possible.
-        lockstep: Physics waits for the commands that answer the last readings.
     """
 
     def __init__(self) -> None:

@@ -28,8 +28,6 @@ class RobotInterface:
     The topics of a robot with a name are below it.
 
     Attributes:
-        robot: The robot.
-        joint_states: Full name of the topic.
         awaited: [ns] stamp of the reading that lockstep waits for; None = of none.
     """
 

@@ -97,8 +97,8 @@ def calibrate(spec: TrialSpec) -> Calibration | None:
 
     Parameters and calibration of the specification are not used. None if the calibration failed.
     """
-    spec = TrialSpec(**{name: getattr(spec, name) for name in TrialSpec.__dataclass_fields__})
-    return _calibrate(replace(spec, parameters=load_preset("default"), calibration=NOT_CALIBRATED))
+    changed = {"parameters": load_preset("default"), "calibration": NOT_CALIBRATED}
+    return _calibrate(TrialSpec(**{**spec.fields, **changed}))
 
 
 @lru_cache(maxsize=256)

@@ -33,10 +33,6 @@ class MotionOutcome:
     """What became of a requested motion; times in s since the start, None for what never came.
 
     Attributes:
-        asked: The motion and the time of its request.
-        began: When it began.
-        ended: When the gait stood again.
-        walked: When the robot walked again.
         ball: [m] from a kick's spot to the ball at the end of the kick.
     """
 

@@ -105,14 +105,11 @@ class BodySample(NamedTuple):
     Attributes:
         stamp: [ns]
         joint_position: (n,) [rad]
-        torso_in_footprint: The torso in base_footprint, by the gait's estimator.
-        footprint_in_odom: base_footprint, by odometry.
     """
 
     stamp: int
     joint_position: FloatArray
     torso_in_footprint: Pose6
-    footprint_in_odom: Pose2
 
 
 class FrameTruth(NamedTuple):
@@ -238,14 +235,8 @@ def _run(world: World, index: int, spec: RenderSpec) -> Iterator[RenderedFrame]:
     for _ in run_responders(world, controllers, move_ball, past_falls=True):
         status, frame = controllers[index].status, robot.sense()
         if status is not None and frame is not None:
-            samples.append(
-                BodySample(
-                    frame.stamp,
-                    frame.joint_position,
-                    gaits[index].torso_pose,
-                    status.base_footprint_in_odom,
-                )
-            )
+            torso = gaits[index].torso_pose
+            samples.append(BodySample(frame.stamp, frame.joint_position, torso))
         truths[world.time] = _truth(world, index, watched)
         for camera in watched:
             image = camera.newest(world.time)

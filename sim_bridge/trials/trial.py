@@ -33,9 +33,10 @@ No ROS, no clock, no threads: a trial depends on its specification alone.
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import NamedTuple, Protocol, Self, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -88,6 +89,11 @@ class TrialSpec:
     urdf_effort: bool = False
     gains: tuple[tuple[str, float, float], ...] = ()
     control_period: float = CONTROL_PERIOD
+
+    @property
+    def fields(self) -> dict[str, Any]:
+        """These, of this trial or one of a more special kind, as arguments for another kind."""
+        return {name: getattr(self, name) for name in TrialSpec.__dataclass_fields__}
 
 
 @lru_cache(maxsize=4)
@@ -491,7 +497,7 @@ class WalkerResponder:
             time += period
 
 
-class Trial:
+class Trial(AbstractContextManager["Trial"]):
     """A robot with its gait, commanded between two control periods; it goes on past falls.
 
     Use it as a context manager.
@@ -550,9 +556,6 @@ class Trial:
         for _ in self.steps(seconds):
             pass
         return self.tick
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.world.close()

@@ -171,7 +171,7 @@ def test_an_interrupted_campaign_goes_on_with_its_finished_runs(
     before = results.load(file)["faults"]
     assert "--resume" not in before.head["command"]
     file.unlink()
-    monkeypatch.setattr("gait_lab.faults.campaign.make_pair", None)  # a run would fail
+    monkeypatch.setattr("gait_lab.faults.campaign.make_world", None)  # a run would fail
     run(tmp_path, jobs=1)
     assert results.load(file)["faults"].rows == before.rows
     bench.code = replace(CODE, commit="b" * 40)
@@ -185,7 +185,7 @@ def test_another_walk_makes_results_old_until_they_are_marked(bench: Bench, tmp_
     assert results.outdated(results.load(file)) == []
     bench.found = replace(FOUND, digest="other", pose=(2.0, 0.0, 0.0))
     assert results.outdated(results.load(file)) == ["one", "two"]
-    results.mark_stale(ResultsOptions(tmp_path, only=("one",)), lambda _: None)
+    results.mark_old(ResultsOptions(tmp_path, only=("one",)), lambda _: None)
     assert results.outdated(results.load(file)) == ["two"]
     assert (tmp_path / "results.md").read_text().count("**Earlier walk**") == 1
     run(tmp_path)

@@ -7,7 +7,6 @@ from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import median
 from gait_lab.soccer.abilities import ABILITIES, AbilityResult, AbilitySpec, play_ability
-from sim_bridge.trials.parallel import parallel_map
 
 NAMES = tuple(ABILITIES)
 
@@ -24,8 +23,8 @@ def abilities(options: Options) -> Iterator[Row | str]:
     """Each robot plays each situation once."""
     specs = [AbilitySpec(name=name, seed=seed, **options.play)
              for name in options.abilities for seed in options.seeds]  # fmt: skip
-    results: list[AbilityResult] = parallel_map(
-        play_ability, specs, jobs=options.jobs, label="abilities", show=options.show,
+    results: list[AbilityResult] = options.map(
+        play_ability, specs, label="abilities",
         note=lambda result: f"{result.spec.name}, robot {result.spec.seed}: {result.doing}",
     )  # fmt: skip
     for name in options.abilities:

@@ -13,7 +13,6 @@ from robot_core.field import Pole
 from robot_core.types import DOWN, STANDSTILL, Pose2, VelocityCommand
 from sim_bridge.plant import load_plant, with_options
 from sim_bridge.scene import Scene, SceneRobot
-from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.trial import (
     CONTROL_PERIOD,
     Policy,
@@ -147,9 +146,7 @@ def bump(options: Options) -> Iterator[Row | str]:
         for speed in options.speeds for into in options.into for direction in options.directions
         for seed in options.seeds
     ]  # fmt: skip
-    results: list[BumpResult] = parallel_map(
-        bump_once, specs, jobs=options.jobs, label="bumps", show=options.show
-    )
+    results: list[BumpResult] = options.map(bump_once, specs, label="bumps")
     for speed in options.speeds:
         name = f"{speed:.1f}".replace(".", "") if round(speed, 1) == speed else f"{speed:g}"
         mine = [each for each in results if each.spec.speed == speed]

@@ -8,7 +8,6 @@ from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import median
 from gait_lab.soccer.challenge_rules import LIMIT, PENALTY
 from gait_lab.soccer.challenges import CHALLENGES, ChallengeResult, ChallengeSpec, play_challenge
-from sim_bridge.trials.parallel import parallel_map
 
 NAMES = tuple(CHALLENGES)
 WALKS = "walk straight", "walk slalom"
@@ -30,8 +29,8 @@ def challenges(options: Options) -> Iterator[Row | str]:
     """Each robot has one attempt at each challenge."""
     specs = [ChallengeSpec(name=name, seed=seed, limit=options.limit, **options.play)
              for name in options.challenges for seed in options.seeds]  # fmt: skip
-    results: list[ChallengeResult] = parallel_map(
-        play_challenge, specs, jobs=options.jobs, label="challenges", show=options.show,
+    results: list[ChallengeResult] = options.map(
+        play_challenge, specs, label="challenges",
         note=lambda each: f"{each.spec.name}, robot {each.spec.seed}: {each.doing}",
     )  # fmt: skip
     of = {name: [each for each in results if each.spec.name == name] for name in options.challenges}

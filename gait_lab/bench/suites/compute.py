@@ -108,7 +108,6 @@ class WalkTiming:
     """Where the time of a rollout went: CPU time, but wall time for the single ticks.
 
     Attributes:
-        ticks: Control periods that were walked.
         rollout: [ns] of simulation, gait, ground truth and metrics.
         by_itself: [ns] of the same rollout without clocks and without the other two, with set-up.
         simulation: [ns] of `World.step` in the rollout.

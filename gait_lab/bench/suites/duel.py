@@ -10,8 +10,6 @@ from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import median
 from gait_lab.soccer.duel import DuelResult, DuelSpec, play_duel
-from sim_bridge.trials.parallel import parallel_map
-from sim_bridge.trials.result_cache import ResultCache
 
 
 @suite(
@@ -40,10 +38,10 @@ def duel(options: Options) -> Iterator[Row | str]:
         )
         for seed in options.seeds for index in range(options.angles) for side in sides
     ]  # fmt: skip
-    results: list[DuelResult] = parallel_map(
-        play_duel, specs, jobs=options.jobs, label="duels", show=options.show,
+    results: list[DuelResult] = options.map(
+        play_duel, specs, label="duels",
         note=lambda each: f"robots {each.spec.seed}, {each.spec.seed + 1}: {each.gain:+.2f} m",
-        kept=ResultCache(options.resume, DuelResult) if options.resume else None,
+        restore=DuelResult,
     )  # fmt: skip
     of = [side for _ in options.seeds for _ in range(options.angles) for side in sides]
     gains = [side * each.gain for side, each in zip(of, results, strict=True)]

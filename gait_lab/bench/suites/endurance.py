@@ -5,7 +5,7 @@ other noise and other commands, until the distance is walked. The distance is th
 the ground, in pieces of one second, so that its sway does not count.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,6 @@ from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import FallDetection
-from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.rollout import RolloutSpec, make_pair
 from sim_bridge.trials.tasks import STOP_SHARE, TASKS, RandomCommands
 from sim_bridge.trials.trace import ALARM_STATES
@@ -35,7 +34,6 @@ class Stretch:
     Attributes:
         metres: Distance [m].
         seconds: Duration [s].
-        fell: Whether it ended with a fall.
         lead: [s] from the detection to the fall; 0 if not detected before, None without a fall.
         false_alarm: A fall was detected and none happened.
     """
@@ -64,14 +62,7 @@ def walk_journey(asked: tuple[RolloutSpec, float]) -> list[Stretch]:
 
 
 def walk_stretch(spec: RolloutSpec, number: int, metres: float, seconds: float) -> Stretch:
-    """Walk from standing until a fall, at most so far [m] and so long [s].
-
-    Args:
-        spec: Robot, gait, plant and engine.
-        number: Seed of the noise and of the commands.
-        metres: Distance after which to stop.
-        seconds: Duration after which to stop.
-    """
+    """Walk from standing until a fall, at most so far [m] and so long [s]."""
     spec = replace(spec, noise_seed=number)
     # The nominal robot has the seed -1; seeds of numpy are not negative.
     commands = RandomCommands((spec.robot_seed + 1, number))
@@ -97,7 +88,7 @@ def walk_stretch(spec: RolloutSpec, number: int, metres: float, seconds: float) 
     return Stretch(walked, time, fell, lead, alarm is not None and not fell)
 
 
-def loop_rows(name: str, journeys: list[list[Stretch]]) -> list[Row]:
+def loop_rows(name: str, journeys: Sequence[list[Stretch]]) -> list[Row]:
     """The measurements of all robots in closed or in open loop."""
     detection = FallDetection()
     for stretch in (each for journey in journeys for each in journey):
@@ -130,12 +121,11 @@ def endurance(options: Options) -> Iterator[Row | str]:
          options.metres)
         for closed in options.loops for seed in options.seeds
     ]  # fmt: skip
-    journeys = parallel_map(
-        walk_journey, specs, jobs=options.jobs, show=options.show, label="robots",
+    journeys = options.map(
+        walk_journey, specs, label="robots",
         note=lambda journey: f"{sum(each.metres for each in journey):.0f} m",
     )  # fmt: skip
-    for index, closed in enumerate(options.loops):
-        mine = journeys[index * options.robots : (index + 1) * options.robots]
+    for closed, mine in zip(options.loops, options.by_robots(journeys), strict=True):
         yield from loop_rows("closed" if closed else "open_loop", mine)
     yield (
         f"{options.metres:g} m for each robot. Commands uniform in all directions up to the full "

@@ -18,8 +18,6 @@ from gait_lab.faults.scopes import SCOPES, Scope
 from nao_lipm_gait.presets import DEFAULT, preset_for
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
-from sim_bridge.trials.parallel import parallel_map
-from sim_bridge.trials.result_cache import ResultCache
 
 _EVIDENCE = 20
 """Violations that are listed one by one."""
@@ -77,10 +75,10 @@ def faults(options: Options) -> Iterator[Row | str]:
     names, first = classes_of(scope, options.faults), max(options.seed, 0)
     runs = [fault_run(options, names[index % len(names)], first + index // len(names))
             for index in range(options.runs or scope.usual)]  # fmt: skip
-    verdicts: list[FaultResult] = parallel_map(
-        scope.run, runs, jobs=options.jobs, show=options.show, label="faults",
+    verdicts: list[FaultResult] = options.map(
+        scope.run, runs, label="faults",
         note=lambda verdict: f"{verdict.run.fault}: {verdict.outcome}",
-        kept=ResultCache(options.resume, FaultResult.restored) if options.resume else None,
+        restore=FaultResult.restored,
     )  # fmt: skip
     by_class: dict[str, list[FaultResult]] = {}
     for verdict in verdicts:
@@ -115,15 +113,14 @@ def fuzz(options: Options) -> Iterator[Row | str]:
     """All ticks in stretches, each with a seed of its own."""
     count, rest = divmod(options.ticks, STRETCH)
     lengths = [STRETCH] * count + ([rest] if rest else [])
-    kept = ResultCache(options.resume, FuzzResult.restored) if options.resume else None
     ticks, passed, refused = Counter[str](), Counter[str](), Counter[str]()
     broken: list[str] = []
     for target in TARGETS:
         share = TICKS if target == FILES else 1
         runs = [FuzzRun(target, options.seed + index, max(1, length // share))
                 for index, length in enumerate(lengths)]  # fmt: skip
-        for one in parallel_map(
-            run_fuzz, runs, jobs=options.jobs, show=options.show, label=target, kept=kept,
+        for one in options.map(
+            run_fuzz, runs, label=target, restore=FuzzResult.restored,
             note=lambda one: f"{len(one.violations)} violations",
         ):  # fmt: skip
             ticks[target] += one.run.ticks
@@ -175,8 +172,8 @@ def loss(options: Options) -> Iterator[Row | str]:
                      wander, options.coast)
             for seed in options.seeds
         ]  # fmt: skip
-        found = parallel_map(
-            walk_with_loss, walks, jobs=options.jobs, show=options.show, label=task.name,
+        found = options.map(
+            walk_with_loss, walks, label=task.name,
             note=lambda one: f"robot {one.walk.run.seed}: "
             + ("upright" if one.fell_at is None else f"fell at {one.fell_at:.1f} s"),
         )  # fmt: skip

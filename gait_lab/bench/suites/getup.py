@@ -8,7 +8,6 @@ from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import median
 from sim_bridge.trials.get_up import SIDES, STAND, WALK, GetUpResult, GetUpSpec, get_up
-from sim_bridge.trials.parallel import parallel_map
 
 NAMES = tuple(SIDES)
 
@@ -27,8 +26,8 @@ def getup(options: Options) -> Iterator[Row | str]:
         GetUpSpec(side=side, robot_seed=seed, noise_seed=attempt, **options.trial)
         for side in options.sides for seed in options.seeds for attempt in range(options.attempts)
     ]  # fmt: skip
-    results: list[GetUpResult] = parallel_map(
-        get_up, specs, jobs=options.jobs, label="get-ups", show=options.show,
+    results: list[GetUpResult] = options.map(
+        get_up, specs, label="get-ups",
         note=lambda each: f"{each.spec.side} robot {each.spec.robot_seed}: "
         + ("down" if each.time is None else f"up after {each.time:.1f} s"),
     )  # fmt: skip

@@ -18,7 +18,6 @@ from gait_lab.bench.walks import median
 from nao_lipm_gait.runtime.watches import HOT, SIT
 from robot_core.errors import NaoGaitError
 from robot_core.types import GRAVITY, FloatArray
-from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.tasks import Task, find_task
 from sim_bridge.trials.trial import (
     TimedCommands,
@@ -105,9 +104,8 @@ def heat(options: Options) -> Iterator[Row | str]:
         (find_task("stand" if speed == "0" else f"forward={speed}").lasting(options.window), spec)
         for speed in options.speeds for spec in specs
     ]  # fmt: skip
-    found = parallel_map(heat_walk, walks, jobs=options.jobs, show=options.show, label="walks")
-    for index, asked in enumerate(options.speeds):
-        results = found[index * options.robots : (index + 1) * options.robots]
+    found = options.map(heat_walk, walks, label="walks")
+    for asked, results in zip(options.speeds, options.by_robots(found), strict=True):
         upright = [each for each in results if each is not None]
         hot, sits = (
             [minutes_until(limit, float(np.max(each.final)), plant.ambient, plant.time_constant)

@@ -15,7 +15,6 @@ from gait_lab.soccer.keeper import (
     ShotSpec,
     shot,
 )
-from sim_bridge.trials.parallel import parallel_map
 
 
 @suite(
@@ -35,8 +34,8 @@ def keeper(options: Options) -> Iterator[Row | str]:
         for seed in options.seeds for attempt in range(options.attempts)
         for target in options.targets
     ]  # fmt: skip
-    results: list[ShotResult] = parallel_map(
-        shot, specs, jobs=options.jobs, label="shots", show=options.show,
+    results: list[ShotResult] = options.map(
+        shot, specs, label="shots",
         note=lambda each: f"robot {each.spec.seed}, {each.spec.target}: "
         + ("held" if each.held else "in"),
     )  # fmt: skip

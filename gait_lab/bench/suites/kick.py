@@ -16,7 +16,6 @@ from sim_bridge.trials.kick import (
     kick,
     kick_directions,
 )
-from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.trial import loaded_robot
 
 WAYS = "standing", "walking"
@@ -52,8 +51,8 @@ def _standing(options: Options) -> Iterator[Row | str]:
         KickSpec(motion=name, robot_seed=seed, noise_seed=attempt, **options.trial)
         for name in directions for seed in options.seeds for attempt in range(options.attempts)
     ]  # fmt: skip
-    results: list[KickResult] = parallel_map(
-        kick, specs, jobs=options.jobs, label="kicks", show=options.show,
+    results: list[KickResult] = options.map(
+        kick, specs, label="kicks",
         note=lambda each: f"{each.spec.motion} robot {each.spec.robot_seed}: {each.distance:.2f} m",
     )  # fmt: skip
     for name, intended in directions.items():
@@ -78,8 +77,8 @@ def _walking(options: Options) -> Iterator[Row | str]:
         for sign in IN_THE_WALK.values() for seed in options.seeds
         for attempt in range(options.attempts)
     ]  # fmt: skip
-    results: list[DribbleResult] = parallel_map(
-        dribble, specs, jobs=options.jobs, label="kicks in the walk", show=options.show,
+    results: list[DribbleResult] = options.map(
+        dribble, specs, label="kicks in the walk",
         note=lambda each: f"robot {each.spec.robot_seed}: {each.distance:.2f} m",
     )  # fmt: skip
     count = len(specs) // len(IN_THE_WALK)

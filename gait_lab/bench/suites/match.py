@@ -10,8 +10,6 @@ from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import median
 from gait_lab.soccer.match import MatchResult, MatchSpec, play_match
-from sim_bridge.trials.parallel import parallel_map
-from sim_bridge.trials.result_cache import ResultCache
 
 SILENCE_FROM = 25.0
 """[s] from which on the referee is silent; the ball is in play then."""
@@ -50,10 +48,10 @@ def matches(options: Options) -> Iterator[Row | str]:
         )
         for seed in options.seeds
     ]  # fmt: skip
-    results: list[MatchResult] = parallel_map(
-        play_match, specs, jobs=options.jobs, label="matches", show=options.show,
+    results: list[MatchResult] = options.map(
+        play_match, specs, label="matches",
         note=lambda each: f"seed {each.spec.seed}: {each.score['red']} : {each.score['blue']}",
-        kept=ResultCache(options.resume, MatchResult.restored) if options.resume else None,
+        restore=MatchResult.restored,
     )  # fmt: skip
     robot_minutes = sum(each.seconds for each in results) / 60.0 * len(results[0].falls)
     playing = sum(each.playing or 0.0 for each in results)

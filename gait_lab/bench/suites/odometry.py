@@ -18,7 +18,6 @@ from gait_lab.demo.tour import FULL_TOUR, phase_at
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.runtime.commands import LONGEST_BIAS_WAIT, BiasWait
 from robot_core.types import STANDSTILL, VelocityCommand
-from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.rollout import RolloutSpec, make_pair
 from sim_bridge.trials.tasks import TASKS
 from sim_bridge.trials.trace import FloatArray, Recorder, Trace
@@ -163,11 +162,8 @@ def odometry(options: Options) -> Iterator[Row | str]:
          course, options.bias_wait)
         for course in options.courses for seed in options.seeds
     ]  # fmt: skip
-    results = parallel_map(
-        walk_course, specs, jobs=options.jobs, show=options.show, label="courses"
-    )
-    for index, course in enumerate(options.courses):
-        some = results[index * options.robots : (index + 1) * options.robots]
+    results = options.map(walk_course, specs, label="courses")
+    for course, some in zip(options.courses, options.by_robots(results), strict=True):
         upright: list[CourseResult] = [each for each in some if each is not None]
         yield Row(course, "upright", "robots", len(upright))
         quantities = {

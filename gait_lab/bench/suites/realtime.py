@@ -35,7 +35,6 @@ from nao_lipm_gait.runtime.latency import GarbageScheduler
 from nao_lipm_gait.runtime.reports import quantile
 from robot_core.robot import load_robot
 from robot_core.types import VelocityCommand
-from sim_bridge.trials.rollout import make_pair
 
 SPEED = VelocityCommand(0.2, 0.0, 0.0)
 START_TIME = 1.0
@@ -136,11 +135,9 @@ def _node_parameters(options: Options) -> dict[str, object]:
 def _record(options: Options) -> Script:
     """The messages of the robot in each tick of a walk."""
     listener = _Listener()
-    spec = fault_run(options, "none", options.seed).rollout_spec(options.seed)
-    simulation, _ = make_pair(spec)
     ticks = round((1.0 + options.window) / PERIOD)
-    with simulation:
-        Harness(simulation, options.parameters, listener, SPEED).run(ticks)
+    with fault_run(options, "none", options.seed).world(options.seed) as world:
+        Harness(world, options.parameters, listener, SPEED).run(ticks)
     return [listener.messages.get(tick, []) for tick in range(1, ticks + 1)]
 
 

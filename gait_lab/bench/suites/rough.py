@@ -15,7 +15,6 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.presets import preset_for
 from robot_core.errors import NaoGaitError
 from sim_bridge.trials.crossing import CrossingResult, CrossingRobot, CrossingSpec, cross
-from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.tasks import find_task
 from sim_bridge.trials.trial import loaded_robot
 
@@ -76,12 +75,11 @@ def rough(options: Options) -> Iterator[Row | str]:
         )
         for walker, closed in kinds for seed in options.seeds
     ]  # fmt: skip
-    results: list[CrossingResult] = parallel_map(
-        cross, specs, jobs=options.jobs, label="crossings", show=options.show,
+    results: list[CrossingResult] = options.map(
+        cross, specs, label="crossings",
         note=lambda each: f"{each.spec.robot.name} robot {each.spec.robot_seed}: {each.end}",
     )  # fmt: skip
-    for index, (walker, closed) in enumerate(kinds):
-        mine = results[index * options.robots : (index + 1) * options.robots]
+    for (walker, closed), mine in zip(kinds, options.by_robots(results), strict=True):
         name = walker.name if closed else f"{walker.name}_open_loop"
         times = [each.seconds for each in mine if each.seconds is not None]
         yield Row(name, "runs", "runs", len(mine))

@@ -9,7 +9,6 @@ from gait_lab.bench.suite import suite
 from gait_lab.bench.suites.peers import is_nao
 from robot_core.types import VelocityCommand
 from sim_bridge.trials.calibration import Levelled, SoleTilt, levelling
-from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.tasks import STAND_TIME, find_task
 from sim_bridge.trials.trial import Push, TrialSpec
 
@@ -46,9 +45,10 @@ def soles(options: Options) -> Iterator[Row | str]:
          find_task(name).command, options.window, options.push)
         for name in options.tasks for seed in options.seeds
     ]  # fmt: skip
-    walked = parallel_map(walk, jobs, jobs=options.jobs, show=options.show)
-    for index, name in enumerate(options.tasks):
-        robots = walked[index * options.robots : (index + 1) * options.robots]
+    walked = options.map(walk, jobs)
+    for index, (name, robots) in enumerate(
+        zip(options.tasks, options.by_robots(walked), strict=True)
+    ):
         # The first task has the names without a prefix.
         subject = "sole" if index == 0 else f"{name.replace('=', '_')}_sole"
         upright = [pair for pair in robots if not pair[1].fallen]

@@ -8,7 +8,6 @@ from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import median
 from gait_lab.soccer.solo import LIMIT, SoloResult, SoloSpec
 from gait_lab.soccer.solo import solo as play_solo
-from sim_bridge.trials.parallel import parallel_map
 
 
 @suite(
@@ -27,8 +26,8 @@ def solo(options: Options) -> Iterator[Row | str]:
                  rendered=options.rendered, **options.play)
         for seed in options.seeds for attempt in range(options.attempts)
     ]  # fmt: skip
-    results: list[SoloResult] = parallel_map(
-        play_solo, specs, jobs=options.jobs, label="starts", show=options.show,
+    results: list[SoloResult] = options.map(
+        play_solo, specs, label="starts",
         note=lambda result: f"robot {result.spec.seed}: {result.goal or 'no goal'}",
     )  # fmt: skip
     times = [result.goal for result in results if result.goal is not None]

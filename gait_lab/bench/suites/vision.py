@@ -16,9 +16,8 @@ from gait_lab.vision.evaluate import VisionWalk, WalkScores, evaluate_walk
 from gait_lab.vision.fit import as_yaml, fit
 from gait_lab.vision.score import GATE, GROUPS, RANGE, merged
 from gait_lab.vision.viewing_walks import KINDS
-from robot_core.errors import NaoGaitError
+from robot_core.schema import write_text
 from sim_bridge.engines.opengl import opengl_libraries
-from sim_bridge.trials.parallel import parallel_map
 
 
 def can_render(options: Options) -> bool:
@@ -45,9 +44,7 @@ def vision(options: Options) -> Iterator[Row | str]:
         )
         for seed in options.seeds for kind in KINDS
     ]  # fmt: skip
-    results: list[WalkScores] = parallel_map(
-        evaluate_walk, walks, jobs=options.jobs, label="vision", show=options.show
-    )
+    results: list[WalkScores] = options.map(evaluate_walk, walks, label="vision")
     every = merged(score for each in results for score in each.scores.values())
     of = {kind: [each for each in results if each.walk.kind == kind] for kind in KINDS}
     times = np.array(every.times) * 1e3
@@ -94,9 +91,4 @@ def _write_errors(options: Options, results: list[WalkScores], seconds: float) -
         f"deviations. Written by: {options.title}"
     )
     fitted = fit(scores, options.made_plant.camera.delay + seconds)
-    try:
-        Path(options.percept_errors).write_text(as_yaml(fitted, comment), encoding="utf-8")
-    except OSError as error:
-        raise NaoGaitError(
-            "percept-errors", options.percept_errors, f"a file that can be written ({error})"
-        ) from error
+    write_text(Path(options.percept_errors), as_yaml(fitted, comment), "percept-errors")

@@ -24,7 +24,6 @@ from gait_lab.soccer.world_trial import (
 )
 from nao_soccer.world.state import HeadMode
 from robot_core.types import FloatArray
-from sim_bridge.trials.parallel import parallel_map
 
 SETTLED = 2.0
 """[s] From the start on that do not count: the filters begin."""
@@ -88,10 +87,7 @@ class Walks:
         if self.walked:
             return self.trials()
         run = partial(run_rendered, head=self._head)
-        options = self._options
-        return parallel_map(
-            run, self._specs, jobs=options.jobs, label="rendered", show=options.show
-        )
+        return self._options.map(run, self._specs, label="rendered")
 
     def trials(self, kind: str = "known", **changes: Any) -> list[WorldTrace]:
         """Trials over each walk.
@@ -108,7 +104,7 @@ class Walks:
              walk, self.walked[(number + 1) % len(self.walked)])
             for repeat in range(options.repeats) for number, walk in enumerate(self.walked)
         ]  # fmt: skip
-        return parallel_map(run_job, jobs, jobs=options.jobs, label=kind, show=options.show)
+        return options.map(run_job, jobs, label=kind)
 
     def delayed(
         self, score: Callable[[Sequence[WorldTrace]], Scores], *shown: str

@@ -98,10 +98,8 @@ class LateralPlan:
     """The support change, and the pendulum origins in y; mirrored.
 
     Attributes:
-        change: The end of the running step.
         r_y: Pendulum origin [m], positive outwards.
         stride: Distance D to the next origin [m].
-        view: Extension: what the turn of the step changes.
     """
 
     __slots__ = ("change", "r_y", "stride", "view")

@@ -20,7 +20,6 @@ class WalkState:
     """CoM in Q, and what defines Q.
 
     Attributes:
-        support: Supporting leg, LEFT or RIGHT.
         x: CoM in Q, forward [m].
         y: CoM in Q, to the left [m].
         vx: Its velocity, forward [m/s].
@@ -93,7 +92,6 @@ class Segment:
         duration: Its duration [s].
         origin_x: r_x, pendulum origin in Q, forward [m].
         origin_y: r_y, pendulum origin in Q, to the left [m].
-        next_support: The support change at its end, if any.
     """
 
     __slots__ = ("duration", "next_support", "origin_x", "origin_y")

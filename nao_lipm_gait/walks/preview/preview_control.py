@@ -82,7 +82,6 @@ class PreviewGains:
     """Gains of the controller, for both axes.
 
     Attributes:
-        table: The model.
         of_error_sum: G_e [1/s^3].
         of_state: G_x [1/s^3, 1/s^2, 1/s].
         of_preview: G_p (N,) [1/s^3], the nearest period first.

@@ -54,13 +54,11 @@ class StrideState(NamedTuple):
     """State of the walk at some tick; see `nao_lipm_gait.walks.base.WalkView`.
 
     Attributes:
-        support: Supporting leg, LEFT or RIGHT.
         x: CoM in Q, forward [m].
         y: CoM in Q, to the left [m].
         sole_in_q: Pose of the supporting sole in Q.
         q_in_odom: Pose of Q by the planned steps.
         step_count: Number of support changes since the walk started.
-        phase: Kind of the current half stride.
     """
 
     support: int
@@ -76,15 +74,9 @@ class HalfStride(NamedTuple):
     """One half stride, fixed when it begins; poses are in its Q.
 
     Attributes:
-        phase: Kind of the half stride.
-        support: Supporting leg, LEFT or RIGHT.
         ticks: Its duration in control periods, 2n of the paper.
         com_start: CoM at its beginning, x and y [m].
         step_size: Pose of the next Q.
-        standing: The sole that stands.
-        swing_start: The other sole at the beginning.
-        swing_end: The other sole at the end.
-        parameters: Parameters of this half stride.
     """
 
     phase: Phase

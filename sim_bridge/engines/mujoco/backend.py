@@ -30,7 +30,6 @@ class MujocoBackend:
     inertia, the rotors have their real one: without it the stiff servo of a foot would chatter.
 
     Attributes:
-        model: MuJoCo's own.
         data: MuJoCo's own; for pictures.
     """
 

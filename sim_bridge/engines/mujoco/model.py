@@ -21,7 +21,6 @@ class MujocoModel:
     """A compiled model; `MujocoBackend` steps it.
 
     Attributes:
-        model: MuJoCo's own.
         parts: The robots, in the order in which they were given.
     """
 

@@ -47,10 +47,8 @@ class RobotParts:
     The names of its parts begin with the robot's `prefix`.
 
     Attributes:
-        robot: The individual.
         damping: (n,) [N m s/rad] of the servos.
         sole_geoms: Names of the contact points of the left and the right sole.
-        joints_with_play: Names of the joints that have play, without prefix.
     """
 
     def __init__(

@@ -14,11 +14,7 @@ from sim_bridge.state import StartState, StepInput, TrueState
 
 
 class MujocoRobot:
-    """One robot of a running simulation.
-
-    Attributes:
-        torso: Number of the body of its torso, the root of all its bodies.
-    """
+    """One robot of a running simulation."""
 
     def __init__(self, parts: RobotParts, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Find the robot in the model.

@@ -118,13 +118,7 @@ def _add_pitch(spec: mujoco.MjSpec, surroundings: Surroundings) -> None:
 
 
 def add_ground(spec: mujoco.MjSpec, ground: Iterable[Prism], *, visible: bool) -> None:
-    """The floor at height 0, and each prism as a convex mesh.
-
-    Args:
-        spec: The model.
-        ground: Prisms that rise above the floor.
-        visible: With light and a visible floor, for the window.
-    """
+    """The floor at height 0, and each prism as a convex mesh."""
     spec.worldbody.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,

@@ -64,12 +64,6 @@ def add_terrain(
 ) -> list[int]:
     """Add each prism as a convex hull that does not move.
 
-    Args:
-        client: Of PyBullet.
-        ground: The prisms.
-        collides: With a collision shape.
-        visible: With a visual shape.
-
     Returns:
         Bodies of the prisms, in their order.
     """
@@ -170,13 +164,7 @@ def add_pitch(client: int, surroundings: Surroundings) -> None:
 
 
 def add_fixtures(client: int, fixtures: Iterable[Fixture], *, visible: bool) -> None:
-    """Goals and poles.
-
-    Args:
-        client: Of PyBullet.
-        fixtures: What to add.
-        visible: With visual shapes.
-    """
+    """Goals and poles."""
     for fixture in fixtures:
         shape, net = fixture.shape, fixture.kind == "net"
         size: dict[str, object]

@@ -1,31 +1,27 @@
 """`nao_gait fingerprint`: the hashes of the reference rollouts."""
 
-import argparse
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from gait_lab.terminal import EXIT_FAILED, EXIT_OK, say
+from gait_lab.bench.fingerprint import ENGINES, Fingerprint, fingerprints
+from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from robot_core.errors import NaoGaitError
 from robot_core.schema import read_text
-
-if TYPE_CHECKING:
-    from gait_lab.bench.fingerprint import Fingerprint
-
 
 LARGEST = 4 * 1024 * 1024
 """[bytes] of an earlier output."""
 
 
-def run(arguments: argparse.Namespace) -> int:
+def command(
+    say: Callable[[str], None], *, engine: list[str] | None, compare: Path | None, jobs: int | None
+) -> int:
     """Print the hashes, or compare them with an earlier output; the exit status."""
-    from gait_lab.bench.fingerprint import ENGINES, fingerprints
-
-    engines = tuple(arguments.engine or ENGINES)
-    before = None if arguments.compare is None else _read(arguments.compare)
-    found = {each.key: each for each in fingerprints(engines, arguments.jobs)}
+    engines = tuple(engine or ENGINES)
+    before = None if compare is None else _read(compare)
+    found = {each.key: each for each in fingerprints(engines, jobs)}
     if before is None:
         json.dump(
             {key: each.as_list() for key, each in sorted(found.items())}, sys.stdout, indent=0
@@ -53,18 +49,8 @@ def _read(file: Path) -> dict[str, list[Any]]:
 
 
 def _changed(
-    before: Mapping[str, Sequence[Any]], found: "Mapping[str, Fingerprint]", engines: Sequence[str]
+    before: Mapping[str, Sequence[Any]], found: Mapping[str, Fingerprint], engines: Sequence[str]
 ) -> list[str]:
     """Keys in these engines that are gone or have another digest; new ones were not there."""
     wanted = sorted(key for key in before if key.split("/")[0] in engines)
     return [key for key in wanted if key not in found or before[key][0] != found[key].digest]
-
-
-def add(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument("--engine", action="append", choices=("mujoco", "pybullet"),
-                        help="only this engine; may be given twice")  # fmt: skip
-    parser.add_argument("--compare", type=Path, metavar="FILE",
-                        help="compare with an earlier output of this command")  # fmt: skip
-    parser.add_argument("--jobs", type=int, metavar="N", help="processes (all cores)")
-    parser.set_defaults(run=run)
