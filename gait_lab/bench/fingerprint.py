@@ -321,5 +321,5 @@ def _soccer(case: Case, name: str) -> Iterator[Moment]:
         return
     with practice(load_scene(PLAY_SCENE), SEED, case.engine, "reference") as pitch:
         periods = round(PLAY_TIME / CONTROL_PERIOD)
-        for ticks in islice(pitch.run(lambda _: None), periods):
+        for ticks in islice(pitch.run(), periods):
             yield [(tick.truth, tick.status) for tick in ticks], pitch.ball_position

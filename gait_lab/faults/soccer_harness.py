@@ -12,17 +12,15 @@ import numpy as np
 from gait_lab.faults.channel import Channel, Delivery
 from gait_lab.faults.harness import PERIOD, Fault
 from gait_lab.soccer.channels import Channels
-from gait_lab.soccer.eyes import Eyes
+from gait_lab.soccer.eyes import Eyes, Sight
 from gait_lab.soccer.match import Match, MatchSpec
-from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.soccer.pitch import RobotPlayer
 from gait_lab.soccer.snapshots import Snapshot
 from nao_soccer.game_state import Phase
 from nao_soccer.vision.percepts import Percepts
 from nao_soccer.world.state import IMAGE_AGE_MAX, SIGHT_AGE_MAX
-from robot_core.types import STANDSTILL, Point2
+from robot_core.types import STANDSTILL
 from sim_bridge.cameras.camera import CameraImage
-from sim_bridge.robot import GroundTruth
 
 AFFECTED = 0
 """Index of the player that the fault strikes: number 1 of team red."""
@@ -224,15 +222,13 @@ class _FaultyEyes:
         self._harness, self._eyes = harness, eyes
         self._coming: Channel[Percepts] = Channel()
 
-    def arrived(
-        self, now: int, truth: GroundTruth, ball: Point2, others: Sequence[OtherRobot]
-    ) -> list[Percepts]:
+    def arrived(self, sight: Sight) -> list[Percepts]:
         """See `Eyes`."""
-        tick = round(now * 1e-9 / PERIOD)
-        for percepts in self._eyes.arrived(now, truth, ball, others):
+        tick = round(sight.time * 1e-9 / PERIOD)
+        for percepts in self._eyes.arrived(sight):
             for delay, changed in self._harness.fault.on_percepts(self._harness, percepts):
                 self._coming.send(tick + delay, changed)
         found = self._coming.receive(tick)
         for percepts in found:
-            self._harness.note_percepts(now * 1e-9, percepts)
+            self._harness.note_percepts(sight.time * 1e-9, percepts)
         return found

@@ -72,7 +72,7 @@ def _backheel(spec: AbilitySpec) -> AbilityResult:
         robot = pitch.players[0]
         robot.player.game = GameState(phase=Phase.SET)
         goal, time = False, 0.0
-        for _ in pitch.run(lambda _: None):
+        for _ in pitch.run():
             time = pitch.count * CONTROL_PERIOD
             if time >= HEEL_WAIT:
                 robot.player.game = GameState(phase=Phase.PLAYING)
@@ -96,7 +96,7 @@ def _show_ball(robot: RobotPlayer, now: int, place: Pose2) -> None:
 def _two_at_ball(spec: AbilitySpec) -> AbilityResult:
     with spec.practice(PAIR) as pitch:
         pitch.world.put_ball(*PAIR_BALL)
-        for _ in pitch.run(lambda _: None):
+        for _ in pitch.run():
             time, moved = pitch.count * CONTROL_PERIOD, pitch.ball[0] - PAIR_BALL[0]
             if time >= PAIR_LIMIT or (time >= PAIR_TIME and moved > PAIR_PUSHED):
                 break

@@ -241,7 +241,7 @@ class _Attempt(AbstractContextManager["_Attempt"]):
         pitch.restart_player(0, kind)
         player = self.player.player
         player.game = GameState(phase=Phase.SET)
-        for ticks in pitch.run(lambda _: None):
+        for ticks in pitch.run():
             if pitch.count == begins:
                 player.game = GameState(phase=Phase.PLAYING)
             time = (pitch.count - begins) * CONTROL_PERIOD

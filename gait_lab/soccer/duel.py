@@ -1,17 +1,16 @@
 """Two robots and a ball between them, with percepts by the model: who gains ground, who falls."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from gait_lab.soccer.pitch import Pitch, PitchSpec, identity_of, is_upright, with_robots
+from gait_lab.soccer.pitch import Pitch, PitchSpec, identity_of, with_robots
 from nao_soccer.behavior.duel import DuelSettings
 from robot_core.field import BallPlace
 from robot_core.types import Pose2
 from sim_bridge.scene import load_scene
-from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
+from sim_bridge.trials.trial import CONTROL_PERIOD
 
 NEAR, FAR = 0.5, 0.7
 """[m] from the ball to a robot at the start; both are drawn."""
@@ -71,7 +70,24 @@ def play_duel(spec: DuelSpec) -> DuelResult:
         lambda robot: identity_of(robot, scene, waits=False),
         duel={"red": spec.red, "blue": spec.blue},
     ) as pitch:  # fmt: skip
-        return _Duel(spec, pitch).run()
+        pitch.world.put_ball(0.0, 0.0)
+        place, free = (0.0, 0.0), None
+        way, still, ticks = 0.0, 0, 0
+        for _ in pitch.run():
+            step = math.dist(pitch.ball, place)
+            place, way, ticks = pitch.ball, way + step, ticks + 1
+            still += step < RESTS * CONTROL_PERIOD
+            if free is None and math.hypot(*place) > FREE:
+                free = ticks * CONTROL_PERIOD
+            left = pitch.ball_in is not BallPlace.IN_PLAY
+            if left or ticks * CONTROL_PERIOD >= spec.seconds:
+                break
+    doing = "; ".join(str(player.path[-1]) if player.path else "" for player in pitch.players)
+    red_falls, blue_falls = pitch.falls
+    return DuelResult(
+        spec, place[0], way, still / ticks, free, (red_falls, blue_falls),
+        ticks * CONTROL_PERIOD, doing,
+    )  # fmt: skip
 
 
 def _place(bearing: float, random: np.random.Generator) -> Pose2:
@@ -79,39 +95,3 @@ def _place(bearing: float, random: np.random.Generator) -> Pose2:
     far = random.uniform(NEAR, FAR)
     heading = bearing + math.pi + random.uniform(-ASKEW, ASKEW)
     return far * math.cos(bearing), far * math.sin(bearing), math.remainder(heading, math.tau)
-
-
-class _Duel:
-    """Watches while they play."""
-
-    def __init__(self, spec: DuelSpec, pitch: Pitch) -> None:
-        self._spec, self._pitch = spec, pitch
-        self._upright = [True, True]
-        self._falls = [0, 0]
-
-    def run(self) -> DuelResult:
-        pitch = self._pitch
-        pitch.world.put_ball(0.0, 0.0)
-        place, free = (0.0, 0.0), None
-        way, still, ticks = 0.0, 0, 0
-        for _ in pitch.run(self._watch):
-            step = math.dist(pitch.ball, place)
-            place, way, ticks = pitch.ball, way + step, ticks + 1
-            still += step < RESTS * CONTROL_PERIOD
-            if free is None and math.hypot(*place) > FREE:
-                free = ticks * CONTROL_PERIOD
-            left = pitch.ball_in is not BallPlace.IN_PLAY
-            if left or ticks * CONTROL_PERIOD >= self._spec.seconds:
-                break
-        doing = "; ".join(str(player.path[-1]) if player.path else "" for player in pitch.players)
-        red, blue = self._falls
-        return DuelResult(
-            self._spec, place[0], way, still / ticks, free, (red, blue),
-            ticks * CONTROL_PERIOD, doing,
-        )  # fmt: skip
-
-    def _watch(self, ticks: Sequence[Tick]) -> None:
-        for index, tick in enumerate(ticks):
-            upright = is_upright(tick)
-            self._falls[index] += self._upright[index] and not upright
-            self._upright[index] = upright

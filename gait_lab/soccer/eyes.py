@@ -23,17 +23,20 @@ IMAGE_PERIOD = 0.1
 """[s] between two images of a camera; the cameras expose one after the other."""
 
 
+class Sight(NamedTuple):
+    """What eyes look at by `time` [ns]; ball [m] and other robots are in the world."""
+
+    time: int
+    truth: GroundTruth
+    ball: Point2
+    others: Sequence[OtherRobot] = ()
+
+
 class Eyes(Protocol):
     """The cameras of one robot and its vision."""
 
-    def arrived(
-        self,
-        now: int,
-        truth: GroundTruth,
-        ball: Point2,
-        others: Sequence[OtherRobot],
-    ) -> list[Percepts]:
-        """What is seen and known by `now` [ns]; ball [m] and others are in the world."""
+    def arrived(self, sight: Sight) -> list[Percepts]:
+        """What is seen and known by now."""
 
 
 def cameras_of(robot: RobotDescription) -> list[CameraModel]:
@@ -72,14 +75,9 @@ class ModelEyes:
         self._camera = 0
         self._coming: deque[Arrival] = deque()
 
-    def arrived(
-        self,
-        now: int,
-        truth: GroundTruth,
-        ball: Point2,
-        others: Sequence[OtherRobot],
-    ) -> list[Percepts]:
+    def arrived(self, sight: Sight) -> list[Percepts]:
         """See `Eyes`."""
+        now, truth, ball, others = sight
         if now >= self._next_image:
             self._next_image = now + self._period
             self._camera = (self._camera + 1) % len(self._cameras)

@@ -15,17 +15,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gait_lab.soccer.percept_model import OtherRobot
+from gait_lab.soccer.eyes import Sight
 from gait_lab.soccer.rendered_eyes import BodyAt, BodyReports, RobotVision
 from nao_lipm_gait.gait import Gait
 from nao_soccer.vision.percepts import Percepts
 from nao_soccer.vision.settings import VisionSettings
 from robot_core.errors import NaoGaitError
 from robot_core.robot.camera import CameraView, RgbImage
-from robot_core.types import FloatArray, Point2
+from robot_core.types import FloatArray
 from sim_bridge.cameras.camera import CameraImage, CameraSettings, SimulatedCamera
 from sim_bridge.plant import Plant
-from sim_bridge.robot import GroundTruth, SimulatedRobot
+from sim_bridge.robot import SimulatedRobot
 from sim_bridge.scene import Scene
 from sim_bridge.trials.trial import make_scene_world
 from sim_bridge.world import World
@@ -148,20 +148,14 @@ class RemoteEyes:
         for number, camera in enumerate(self._cameras):
             camera.develop = Develop(process, world, index, number)
 
-    def arrived(
-        self,
-        now: int,
-        truth: GroundTruth,
-        ball: Point2,
-        others: Sequence[OtherRobot],
-    ) -> list[Percepts]:
+    def arrived(self, sight: Sight) -> list[Percepts]:
         """See `Eyes`; the truth is not looked at."""
         body = self._body.newest()
         if body is not None:
             self._process.send((self._index, body))
         found = []
         for number, camera in enumerate(self._cameras):
-            newest = camera.newest(now)
+            newest = camera.newest(sight.time)
             if newest is not None and self._seen[number] != newest.stamp:
                 self._seen[number] = self._waiting[number] = newest.stamp
             stamp = self._waiting.get(number)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gait_lab.soccer.channels import Channels
-from gait_lab.soccer.eyes import Eyes, ModelEyes, in_field
+from gait_lab.soccer.eyes import Eyes, ModelEyes, Sight, in_field
 from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.vision.percept_errors import load_percept_errors
 from nao_lipm_gait.gait import Gait
@@ -87,8 +87,8 @@ class RobotPlayer(Policy):
             self._stamp = status.stamp
             with contextlib.suppress(NaoGaitError):  # a jump after the robot was put back
                 world.add_odometry(status.stamp, status.base_footprint_in_odom)
-        others = pitch.others(self._index)
-        for percepts in self._eyes.arrived(pitch.world.time, truth, pitch.ball, others):
+        sight = Sight(pitch.world.time, truth, pitch.ball, pitch.others(self._index))
+        for percepts in self._eyes.arrived(sight):
             with contextlib.suppress(NaoGaitError):  # parts that cannot be used are left out
                 world.add_percepts(percepts)
 
@@ -149,6 +149,7 @@ class Pitch(AbstractContextManager["Pitch"]):
         players: In the order of the scene's robots.
         messages_of: Number of team messages that were sent, by team.
         count: Control periods so far.
+        falls: How often each robot fell.
 
     Raises:
         NaoGaitError: The scene lacks something.
@@ -184,6 +185,8 @@ class Pitch(AbstractContextManager["Pitch"]):
         )
         self.messages_of = dict.fromkeys(TEAMS, 0)
         self.count = 0
+        self.falls = [0] * len(scene.robots)
+        self._upright = [True] * len(scene.robots)
         self._loss = loss
         self._random = np.random.default_rng([23, first])
         self._teams = [robot.team for robot in scene.robots]
@@ -274,7 +277,9 @@ class Pitch(AbstractContextManager["Pitch"]):
                     with contextlib.suppress(NaoGaitError):  # the node logs it
                         player.player.hear_mate(each, time)
 
-    def run(self, watch: Callable[[Sequence[Tick]], None]) -> Iterator[Sequence[Tick]]:
+    def run(
+        self, watch: Callable[[Sequence[Tick]], None] = lambda _: None
+    ) -> Iterator[Sequence[Tick]]:
         """Step the world by control periods; yields the ticks of all robots.
 
         `watch` is called at the beginning of each period with the last ticks; it may put the ball.
@@ -286,6 +291,9 @@ class Pitch(AbstractContextManager["Pitch"]):
                 _seen_as(robot, pose, tick)
                 for robot, pose, tick in zip(self.scene.robots, self._poses, ticks, strict=True)
             ]
+            for index, upright in enumerate(map(is_upright, ticks)):
+                self.falls[index] += self._upright[index] and not upright
+                self._upright[index] = upright
             watch(ticks)
 
         gaits = [player.gait for player in self.players]

@@ -1,12 +1,12 @@
 """Percepts from rendered images, in the process of the simulation."""
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from gait_lab.soccer.percept_model import OtherRobot
+from gait_lab.soccer.eyes import Sight
 from nao_lipm_gait.gait import Gait
 from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.controller import ImageInput, VisionController
@@ -15,9 +15,9 @@ from nao_soccer.vision.settings import VisionSettings
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import rotation_from_rpy
 from robot_core.robot.camera import RgbImage
-from robot_core.types import FloatArray, Point2, Pose6, SensorFrame
+from robot_core.types import FloatArray, Pose6, SensorFrame
 from sim_bridge.cameras.camera import CameraImage
-from sim_bridge.robot import GroundTruth, SimulatedRobot
+from sim_bridge.robot import SimulatedRobot
 
 Deliver = Callable[[str, CameraImage], CameraImage | None]
 
@@ -98,20 +98,14 @@ class RenderedEyes:
         self._body = BodyReports(robot, gait)
         self._seen: dict[str, int] = {}
 
-    def arrived(
-        self,
-        now: int,
-        truth: GroundTruth,
-        ball: Point2,
-        others: Sequence[OtherRobot],
-    ) -> list[Percepts]:
+    def arrived(self, sight: Sight) -> list[Percepts]:
         """See `Eyes`; the truth is not looked at."""
         body = self._body.newest()
         if body is not None:
             self._vision.add_body(body)
         found = []
         for camera in self._cameras:
-            newest = camera.newest(now)
+            newest = camera.newest(sight.time)
             image = None if newest is None else self._deliver(camera.name, newest)
             if image is not None and self._seen.get(camera.name) != image.stamp:
                 self._seen[camera.name] = image.stamp

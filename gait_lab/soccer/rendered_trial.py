@@ -1,6 +1,7 @@
 """The world model with rendered images: one robot walks random commands on a field and sees."""
 
 from gait_lab.soccer.ball_course import BallCourse, BallTruth
+from gait_lab.soccer.eyes import Sight
 from gait_lab.soccer.field_walks import RandomWalk, WalkSpec, half_of, scene_of
 from gait_lab.soccer.rendered_eyes import RenderedEyes
 from gait_lab.soccer.world_trial import WorldTrace, trace_row
@@ -47,7 +48,7 @@ def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
                 continue
             stamp = status.stamp
             model.add_odometry(stamp, status.base_footprint_in_odom)
-            for percepts in eyes.arrived(world.time, tick.truth, ball.position, ()):
+            for percepts in eyes.arrived(Sight(world.time, tick.truth, ball.position)):
                 model.add_percepts(percepts)
                 state = model.state()
                 if state is not None and state.stamp in truths:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gait_lab.soccer.pitch import Pitch, PitchSpec, is_upright, parts_of
+from gait_lab.soccer.pitch import PitchSpec, parts_of
 from nao_soccer.referee.rules import Rules
 from robot_core.field import BallPlace
 from robot_core.types import Point2, Pose2
@@ -61,47 +61,26 @@ def solo(spec: SoloSpec) -> SoloResult:
     start, ball = _start(spec)
     with spec.practice([start], rendered=spec.rendered) as pitch:
         pitch.world.put_ball(*ball)
-        return _Trial(spec, pitch).run()
+        goal, outs, place = None, 0, BallPlace.IN_PLAY
+        x, y = pitch.field.length / 2.0 - Rules().inside, pitch.field.width / 2.0 - Rules().inside
 
+        def watch(_: Sequence[Tick]) -> None:
+            nonlocal outs, place
+            place = pitch.ball_in
+            if place not in (BallPlace.IN_PLAY, BallPlace.IN_BLUE_GOAL):
+                outs += 1
+                bx, by = pitch.ball
+                pitch.world.put_ball(min(max(bx, -x), x), min(max(by, -y), y))
 
-class _Trial:
-    """Counts while the robot plays."""
-
-    def __init__(self, spec: SoloSpec, pitch: Pitch) -> None:
-        self._spec = spec
-        self._pitch = pitch
-        self._outs = self._falls = 0
-        self._upright = True
-        self._place = BallPlace.IN_PLAY
-
-    def run(self) -> SoloResult:
-        goal = None
-        for _ in self._pitch.run(self._watch):
-            time = self._pitch.count * CONTROL_PERIOD
-            if self._place is BallPlace.IN_BLUE_GOAL:
+        for _ in pitch.run(watch):
+            time = pitch.count * CONTROL_PERIOD
+            if place is BallPlace.IN_BLUE_GOAL:
                 goal = time
-            if goal is not None or time >= self._spec.limit:
+            if goal is not None or time >= spec.limit:
                 break
-        (player,) = self._pitch.players
-        path = " > ".join(map(str, player.path))
-        return SoloResult(
-            self._spec, goal, self._outs, self._falls, tuple(player.kicks), path
-        )
-
-    def _watch(self, ticks: Sequence[Tick]) -> None:
-        upright = is_upright(ticks[0])
-        self._falls += self._upright and not upright
-        self._upright = upright
-        pitch = self._pitch
-        self._place = pitch.ball_in
-        if self._place not in (BallPlace.IN_PLAY, BallPlace.IN_BLUE_GOAL):
-            self._outs += 1
-            x, y = pitch.field.length / 2.0, pitch.field.width / 2.0
-            bx, by = pitch.ball
-            inside = Rules().inside
-            pitch.world.put_ball(
-                min(max(bx, inside - x), x - inside), min(max(by, inside - y), y - inside)
-            )
+    (player,) = pitch.players
+    path = " > ".join(map(str, player.path))
+    return SoloResult(spec, goal, outs, pitch.falls[0], tuple(player.kicks), path)
 
 
 def _start(spec: SoloSpec) -> tuple[Pose2, Point2]:

@@ -7,7 +7,7 @@ state's own time.
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -62,7 +62,6 @@ class WorldTrialSpec(PitchSpec):
         knows_delay: Percepts have the time of their image; False = that of their arrival.
         mate: A team mate tells of the ball.
         errors: Of the percepts; None = as measured.
-        scale: Factor of the errors of places.
     """
 
     urdf: str = "nao_h21_v33"
@@ -72,7 +71,6 @@ class WorldTrialSpec(PitchSpec):
     mate: bool = False
     head: HeadMode = HeadMode.AUTO
     errors: PerceptErrors | None = None
-    scale: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -182,19 +180,15 @@ def trace_row(
     )
 
 
-def run_trial(
-    spec: WorldTrialSpec,
-    walk: WalkSamples,
-    watch: Callable[[WorldModel, WorldState], None] | None = None,
-) -> WorldTrace:
-    """Run the world model over a recorded walk; `watch` is called with each state."""
+def run_trial(spec: WorldTrialSpec, walk: WalkSamples) -> WorldTrace:
+    """Run the world model over a recorded walk."""
     scene = settings_of_scene(spec.scene)
     robot = load_robot(spec.urdf)
     errors = spec.errors or load_percept_errors()
     delay = round((errors.delay if spec.delay is None else spec.delay) * 1e9)
     model = WorldModel(WorldSettings.on(scene, spec.seed))
     looking = Looking(model.map)
-    vision = PerceptModel(errors, scene.field, scene.goals, spec.seed, spec.scale)
+    vision = PerceptModel(errors, scene.field, scene.goals, spec.seed)
     half = scene.field.length / 2.0 + 0.2, scene.field.width / 2.0 + 0.2
     course = BallCourse(half, spec.seed)
     mate = _Mate(spec.seed) if spec.mate else None
@@ -235,8 +229,6 @@ def run_trial(
                 continue
             head.control.ask(looking.goal(spec.head, state))
             rows.append(trace_row(state, truth, ball, (stamp - due + delay) * 1e-9))
-            if watch is not None:
-                watch(model, state)
     return WorldTrace.of(rows)
 
 

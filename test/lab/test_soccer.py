@@ -63,7 +63,7 @@ def test_a_fallen_robot_that_is_put_back_stands_at_once() -> None:
     with practice(scene.replace(robots=(first,)), 1, "mujoco", "reference") as pitch:
         (player,) = pitch.players
         states = []
-        for ticks in pitch.run(lambda _: None):
+        for ticks in pitch.run():
             if pitch.count == 100:
                 player.gait.request_motion("dive_left")
             if pitch.count == 550:
@@ -84,7 +84,7 @@ def test_a_player_that_is_started_again_does_nothing_of_before() -> None:
     with practice(scene.replace(robots=(first,)), 1, "mujoco", "reference") as pitch:
         (player,) = pitch.players
         player.player.game = GameState(phase=Phase.PLAYING)
-        for _ in pitch.run(lambda _: None):
+        for _ in pitch.run():
             if player.decision is not None and not player.decision.action.walk.is_zero:
                 break
         pitch.restart_player(0)
