@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gait_lab.bench.fingerprint import ENGINES, Fingerprint, fingerprints
+from gait_lab.bench.fingerprint import ENGINES, Fingerprint, cases, fingerprints
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from robot_core.errors import NaoGaitError
 from robot_core.schema import read_text
@@ -21,7 +21,7 @@ def command(
     """Print the hashes, or compare them with an earlier output; the exit status."""
     engines = tuple(engine or ENGINES)
     before = None if compare is None else _read(compare)
-    found = {each.key: each for each in fingerprints(engines, jobs)}
+    found = fingerprints(cases(engines), jobs)
     if before is None:
         json.dump(
             {key: each.as_list() for key, each in sorted(found.items())}, sys.stdout, indent=0

@@ -135,18 +135,15 @@ def _spec(options: Options, task: str, seconds: float, **more: Any) -> RolloutSp
     )  # fmt: skip
 
 
-def push_figure(values: Mapping[str, float | None], path: Path, task: str = "spot") -> Path | None:
-    """The largest survived impulse around the robot; None without the rows of a search.
+def push_figure(values: Mapping[str, float | None], path: Path) -> Path | None:
+    """The largest survived impulse around a robot that steps on the spot, as PNG.
 
-    Args:
-        values: Metric -> value of the suite `push`.
-        path: Where to write the PNG.
-        task: During which the robots were pushed.
+    None without the rows of a search among the values of the suite `push`.
     """
     angles = {name: math.radians(degrees) for name, degrees in DIRECTIONS.items()}
 
     def outline(panel: Any) -> None:
-        for name, color, label in ((task, BLUE, "closed"), (f"{task}_open_loop", GREY, "open")):
+        for name, color, label in (("spot", BLUE, "closed"), ("spot_open_loop", GREY, "open")):
             known = [way for way in DIRECTIONS if f"push_{name}_{way}_max" in values]
             # A direction in which not even the smallest impulse is survived lies in the middle.
             sizes = [values[f"push_{name}_{way}_max"] or 0.0 for way in known]
@@ -157,9 +154,9 @@ def push_figure(values: Mapping[str, float | None], path: Path, task: str = "spo
         panel.set_theta_zero_location("N")
         panel.set_xticks(list(angles.values()), [name.replace("_", "\n") for name in angles])
         panel.tick_params(labelsize=7)
-        panel.set_title(f"{task} [N s]", fontsize=9)
+        panel.set_title("spot [N s]", fontsize=9)
         panel.legend(loc="upper left", bbox_to_anchor=(1.1, 1.0), fontsize=8)
 
-    if f"push_{task}_left_max" not in values:
+    if "push_spot_left_max" not in values:
         return None
     return draw(path, (5.6, 3.6), outline, projection="polar")

@@ -20,7 +20,7 @@ import numpy as np
 from gait_lab.faults.campaign import FAULTS
 from gait_lab.faults.harness import Harness
 from gait_lab.soccer.match import Match, MatchSpec
-from gait_lab.soccer.pitch import practice
+from gait_lab.soccer.pitch import Pitch
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.presets import DEFAULT
@@ -196,23 +196,16 @@ def fingerprint(case: Case) -> Fingerprint:
     return Fingerprint(case.key, whole.hexdigest()[:16], (x, y, yaw))
 
 
-def fingerprints(
-    engines: Iterable[str] = ENGINES, jobs: int | None = None, show: bool = True
-) -> list[Fingerprint]:
-    """All of them, over all cores."""
-    label = "reference rollouts"
-    return parallel_map(fingerprint, cases(engines), jobs=jobs, label=label, show=show)
-
-
-def fingerprints_of(
-    keys: Iterable[str], jobs: int | None = None, show: bool = True
-) -> dict[str, Fingerprint]:
-    """Only the reference rollouts of these keys, by key; unknown keys are left out."""
-    wanted = set(keys)
-    chosen = [case for case in cases() if case.key in wanted]
-    label = "reference rollouts"
-    found = parallel_map(fingerprint, chosen, jobs=jobs, label=label, show=show)
+def fingerprints(chosen: Iterable[Case], jobs: int | None = None) -> dict[str, Fingerprint]:
+    """Run reference rollouts over all cores; by key."""
+    found = parallel_map(fingerprint, chosen, jobs=jobs, label="reference rollouts")
     return {each.key: each for each in found}
+
+
+def fingerprints_of(keys: Iterable[str], jobs: int | None = None) -> dict[str, Fingerprint]:
+    """Only the reference rollouts of these keys; unknown keys are left out."""
+    wanted = set(keys)
+    return fingerprints([case for case in cases() if case.key in wanted], jobs)
 
 
 def _bytes(truth: GroundTruth, status: GaitStatus | None) -> bytes:
@@ -319,7 +312,7 @@ def _soccer(case: Case, name: str) -> Iterator[Moment]:
                     (*match.pitch.ball_position, *score),
                 )
         return
-    with practice(load_scene(PLAY_SCENE), SEED, case.engine, "reference") as pitch:
+    with Pitch(load_scene(PLAY_SCENE), SEED, case.engine, "reference") as pitch:
         periods = round(PLAY_TIME / CONTROL_PERIOD)
         for ticks in islice(pitch.run(), periods):
             yield [(tick.truth, tick.status) for tick in ticks], pitch.ball_position

@@ -3,7 +3,7 @@
 import math
 import select
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -131,25 +131,17 @@ class Squad(AbstractContextManager["Squad"]):
 
 
 def play(
-    robot: ServerRobot,
-    players: tuple[int, int],
-    seconds: float,
-    *,
-    exact: bool,
-    second_half: bool = False,
-    progress: Callable[[str], None] = lambda text: None,
+    robot: ServerRobot, players: tuple[int, int], seconds: float, *, exact: bool
 ) -> Account:
-    """Play the last `seconds` [s] of a half, to its end; the left team kicks off.
+    """Play the last `seconds` [s] of the first half, to its end; the left team kicks off.
 
     Raises:
         ServerGoneError: The server has ended.
     """
     account = Account()
-    end = 2.0 * HALF if second_half else HALF
-    phase = "1" if second_half else "0"
     numbers = [range(1, count + 1) for count in players]
     with (
-        Server("--phase", phase, "--time", f"{end - seconds:g}") as server,
+        Server("--phase", "0", "--time", f"{HALF - seconds:g}") as server,
         Squad(server, robot, numbers, exact=exact) as squad,
     ):
         for _ in range(round(STANDS_WITHIN / CYCLE)):
@@ -162,7 +154,6 @@ def play(
         beams = sum(each.agent.landing.count for each in squad.members)
         began, whole, ones = time.monotonic(), 0, 0
         server.order("(kickOff Left)")
-        said = ""
         while True:
             squad.cycle()
             percepts = squad.percepts
@@ -176,11 +167,7 @@ def play(
                     roles = [_role(each) for each in squad.members if each.team == team]
                     whole += 1
                     ones += roles.count(Role.STRIKER) == 1
-            text = f"{game.mode} {game.score[0]}:{game.score[1]}"
-            if text != said:
-                said = text
-                progress(f"{game.time:.1f} s {text}")
-            account.seconds = seconds - (end - game.time)
+            account.seconds = seconds - (HALF - game.time)
             account.score = game.score
         account.wall = time.monotonic() - began
         account.falls = sum(each.agent.falls for each in squad.members)
@@ -198,9 +185,9 @@ class Start(NamedTuple):
     ball: Point2
 
 
-def starts(count: int, goal: float, seed: int = 0) -> Iterator[Start]:
+def starts(count: int, goal: float) -> Iterator[Start]:
     """Balls 3 to 8 m from the middle of the goal at x = `goal` [m], robots 1 to 3 m from them."""
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(0)
     for _ in range(count):
         far, bearing = random.uniform(3.0, 8.0), random.uniform(-0.8, 0.8)
         x, y = goal - far * math.cos(bearing), far * math.sin(bearing)

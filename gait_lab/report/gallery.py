@@ -1,6 +1,5 @@
 """`nao_gait write gallery`: the moving pictures of the README, walked and played anew."""
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import numpy as np
 from gait_lab.analysis.render import Camera, Image, Renderer
 from nao_lipm_gait import Gait, Velocity
 from robot_core.errors import NaoGaitError
-from robot_core.robot.camera import CameraPose, CameraView, Intrinsics
+from robot_core.robot.camera import CameraView, Intrinsics, looking
 from sim_bridge.individual import NOMINAL, draw_individual
 from sim_bridge.plant import load_plant
 from sim_bridge.simulation import Simulation
@@ -75,7 +74,7 @@ def _match() -> Iterator[Image]:
     """Pictures of a match of two against two, from beside the field."""
     from gait_lab.soccer.match import Match, MatchSpec
 
-    view = CameraView(FIELD_VIEW, _looking_at((0.0, -3.4, 1.7), (0.0, 0.0, 0.1)))
+    view = CameraView(FIELD_VIEW, looking(np.array((0.0, -3.4, 1.7)), np.array((0.0, 0.0, 0.1))))
     every = round(2.0 * PERIOD / 0.01)
     first, last = (round(each / 0.01) for each in (KICK_OFF, KICK_OFF + PLAYED))
     with Match(MatchSpec(seed=0, minutes=1.0, frames=False), visual=True) as match:
@@ -84,14 +83,6 @@ def _match() -> Iterator[Image]:
                 return
             if count >= first and (count - first) % every == 0:
                 yield match.pitch.world.render(view)
-
-
-def _looking_at(eye: Sequence[float], point: Sequence[float]) -> CameraPose:
-    """A camera at `eye` [m] that looks at `point`, upright."""
-    forward = np.subtract(point, eye) / math.dist(point, eye)
-    right = np.cross(forward, (0.0, 0.0, 1.0))
-    right /= np.linalg.norm(right)
-    return CameraPose(np.array(eye), np.column_stack((right, np.cross(forward, right), forward)))
 
 
 def _save(path: Path, images: Sequence[Image], period: float) -> None:

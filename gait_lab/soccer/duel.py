@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gait_lab.soccer.pitch import Pitch, PitchSpec, identity_of, with_robots
+from gait_lab.soccer.pitch import Pitch, PitchSpec, with_robots
 from nao_soccer.behavior.duel import DuelSettings
 from robot_core.field import BallPlace
 from robot_core.types import Pose2
@@ -65,11 +65,8 @@ def play_duel(spec: DuelSpec) -> DuelResult:
     red = _place(spec.angle + math.pi + random.uniform(-AROUND, AROUND), random)
     blue = _place(spec.angle + random.uniform(-AROUND, AROUND), random)
     scene = with_robots(load_scene(spec.scene), [red], [blue], urdf=spec.urdf, seed=spec.seed)
-    with Pitch(
-        scene, spec.seed, spec.engine, spec.plant,
-        lambda robot: identity_of(robot, scene, waits=False),
-        duel={"red": spec.red, "blue": spec.blue},
-    ) as pitch:  # fmt: skip
+    duel = {"red": spec.red, "blue": spec.blue}
+    with Pitch(scene, spec.seed, spec.engine, spec.plant, duel=duel) as pitch:
         pitch.world.put_ball(0.0, 0.0)
         place, free = (0.0, 0.0), None
         way, still, ticks = 0.0, 0, 0

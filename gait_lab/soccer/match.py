@@ -165,7 +165,7 @@ class Match(AbstractContextManager["Match"]):
             lambda robot: identity_of(
                 robot, scene, waits=True, roles=robot.team not in spec.without_roles
             ),
-            spec.loss,
+            loss=spec.loss,
             rendered=rendered,
             visual=visual,
             eyes=eyes,

@@ -137,7 +137,7 @@ class Pitch(AbstractContextManager["Pitch"]):
         seed: Of sensor noise, percepts and radio.
         engine: Physics engine.
         plant: The plant, or its name or file.
-        identity: Who a robot of the scene is.
+        identity: Who a robot of the scene is; None = one who plays at once, without a referee.
         loss: Share of team messages that are lost.
         rendered: Percepts are seen in rendered images, and do not come from the model.
         visual: The world can be rendered, for pictures.
@@ -161,9 +161,9 @@ class Pitch(AbstractContextManager["Pitch"]):
         seed: int,
         engine: str,
         plant: str | Plant,
-        identity: Callable[[SceneRobot], Identity],
-        loss: float = 0.0,
+        identity: Callable[[SceneRobot], Identity] | None = None,
         *,
+        loss: float = 0.0,
         rendered: bool = False,
         visual: bool = False,
         eyes: int = 0,
@@ -225,7 +225,8 @@ class Pitch(AbstractContextManager["Pitch"]):
                 sees = ModelEyes(description, robot.team, self.field, self.goals, errors, number)
             sees = self.channels.eyes(index, sees)
             settings = WorldSettings.on(on_field, number)
-            start = identity(robot), description, settings, in_field(robot.pose, robot.team)
+            who = identity_of(robot, scene, waits=False) if identity is None else identity(robot)
+            start = who, description, settings, in_field(robot.pose, robot.team)
             self._starts.append(start)
             player = Player(*start, duel=(duel or {}).get(robot.team))
             self.players.append(RobotPlayer(self, index, player, sees, gait))
@@ -381,14 +382,4 @@ class PitchSpec:
     ) -> "Pitch":
         """The field with robots at these poses, who play at once, without a referee."""
         scene = with_robots(load_scene(self.scene), red, blue, urdf=self.urdf, seed=self.seed)
-        return practice(scene, self.seed, self.engine, self.plant, rendered=rendered)
-
-
-def practice(
-    scene: Scene, seed: int, engine: str, plant: str | Plant, *, rendered: bool = False
-) -> Pitch:
-    """A pitch without a referee: the players play at once. See `Pitch`."""
-    return Pitch(
-        scene, seed, engine, plant, lambda robot: identity_of(robot, scene, waits=False),
-        rendered=rendered,
-    )  # fmt: skip
+        return Pitch(scene, self.seed, self.engine, self.plant, rendered=rendered)

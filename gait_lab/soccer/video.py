@@ -17,7 +17,7 @@ from gait_lab.soccer.snapshots import Snapshot
 from gait_lab.soccer.story import Event, Story
 from nao_soccer.game_state import Phase
 from robot_core.field import Field
-from robot_core.robot.camera import CameraPose, CameraView, Intrinsics, RgbImage
+from robot_core.robot.camera import CameraView, Intrinsics, RgbImage, looking
 from robot_core.types import FloatArray
 from sim_bridge.state import StartState
 from sim_bridge.trials.trial import make_scene_world
@@ -88,15 +88,6 @@ def television(field: Field, target: FloatArray) -> CameraView:
     place = np.array((0.7 * x, -0.5 * field.width - field.border - 1.2, 2.0))
     intrinsics = Intrinsics.from_fov(FINE * SIZE[0], FINE * SIZE[1], VIEW)
     return CameraView(intrinsics, looking(place, np.array((0.85 * x, 0.5 * y, 0.05))))
-
-
-def looking(place: FloatArray, at: FloatArray) -> CameraPose:
-    """The upright optical frame at a place (3,) [m] that looks at a point (3,) [m]."""
-    ahead = at - place
-    ahead = ahead / np.linalg.norm(ahead)
-    right = np.cross(ahead, (0.0, 0.0, 1.0))
-    right /= np.linalg.norm(right)
-    return CameraPose(place, np.column_stack((right, np.cross(ahead, right), ahead)))
 
 
 def smoothed(motion: MotionTrack) -> FloatArray:

@@ -98,6 +98,15 @@ class CameraPose(NamedTuple):
         return CameraPose(position + rotation @ self.position, rotation @ self.rotation)
 
 
+def looking(place: FloatArray, at: FloatArray) -> CameraPose:
+    """The upright optical frame at a place (3,) [m] that looks at a point (3,) [m]."""
+    ahead = at - place
+    ahead = ahead / np.linalg.norm(ahead)
+    right = np.cross(ahead, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    return CameraPose(place, np.column_stack((right, np.cross(ahead, right), ahead)))
+
+
 @dataclass(frozen=True, slots=True)
 class CameraView:
     """A camera at one instant: what it images, and from where.

@@ -15,7 +15,6 @@ from gait_lab.soccer.video import (
     AFTER,
     BEFORE,
     FINE,
-    looking,
     pictures,
     shown,
     smoothed,
@@ -23,6 +22,7 @@ from gait_lab.soccer.video import (
     write_video,
 )
 from robot_core.robot import load_robot
+from robot_core.robot.camera import looking
 
 
 def test_the_picture_looks_at_its_point_upright() -> None:

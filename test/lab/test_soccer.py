@@ -9,7 +9,7 @@ import pytest
 from gait_lab.soccer.abilities import AbilitySpec, play_ability
 from gait_lab.soccer.kick_table import table
 from gait_lab.soccer.match import BallWatch, Match, MatchResult, MatchSpec, match_scene
-from gait_lab.soccer.pitch import is_upright, practice
+from gait_lab.soccer.pitch import Pitch, is_upright
 from gait_lab.soccer.snapshots import (
     RobotSnapshot,
     Snapshot,
@@ -60,7 +60,7 @@ def test_a_fallen_robot_that_is_put_back_stands_at_once() -> None:
     """It does not get up once more where it already stands on its feet."""
     scene = load_scene("pitch_small")
     (first, *_) = scene.robots
-    with practice(scene.replace(robots=(first,)), 1, "mujoco", "reference") as pitch:
+    with Pitch(scene.replace(robots=(first,)), 1, "mujoco", "reference") as pitch:
         (player,) = pitch.players
         states = []
         for ticks in pitch.run():
@@ -81,7 +81,7 @@ def test_a_fallen_robot_that_is_put_back_stands_at_once() -> None:
 def test_a_player_that_is_started_again_does_nothing_of_before() -> None:
     scene = load_scene("pitch_small")
     (first, *_) = scene.robots
-    with practice(scene.replace(robots=(first,)), 1, "mujoco", "reference") as pitch:
+    with Pitch(scene.replace(robots=(first,)), 1, "mujoco", "reference") as pitch:
         (player,) = pitch.players
         player.player.game = GameState(phase=Phase.PLAYING)
         for _ in pitch.run():
