@@ -14,8 +14,9 @@ from robot_core.types import Point2, Pose2
 
 STEPS = 4
 """Number of steps over which a mean is taken: two strides."""
-SHORT_SHARE, SHORT = 0.25, 0.003
-"""Share of the wanted step, and length [m] beyond it, by which blocked steps fall short."""
+SHORT_AHEAD, SHORT_SIDEWAYS, SHORT = 0.25, 0.4, 0.003
+"""Share of the wanted step ahead or back and sideways, and length [m] beyond it, by which blocked
+steps fall short. Free robots that stumble sideways lose a third of their steps."""
 STEP_MIN = 0.01
 """Shortest wanted step [m] that tells."""
 RELEASE = 0.5
@@ -60,7 +61,8 @@ class BlockedDetector:
             self.way = None
             return
         short = size - (made_x * x + made_y * y) / size
-        limit = SHORT + SHORT_SHARE * size + hypot(x - before_x, y - before_y)
+        share = (SHORT_AHEAD * abs(x) + SHORT_SIDEWAYS * abs(y)) / (abs(x) + abs(y))
+        limit = SHORT + share * size + hypot(x - before_x, y - before_y)
         if short <= (limit if self.way is None else RELEASE * limit):
             self.way = None
         elif self.way is None:
