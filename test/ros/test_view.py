@@ -290,6 +290,15 @@ MORE_WAYS = {
     "busy for a while": lambda page: later(
         page, "const end = Date.now() + 20000; while (Date.now() < end) {}"
     ),
+    "browser quits": lambda page: signal_browser(signal.SIGTERM),
+    "window closed": lambda page: page.context.close(),
+    "promises without end": lambda page: later(
+        page, "const on = () => Promise.resolve().then(on); on();"
+    ),
+    "waits for a server": lambda page: later(
+        page, "const ask = new XMLHttpRequest(); ask.open('GET', 'http://192.0.2.1', false);"
+        " for (;;) { try { ask.send(); } catch {} }"
+    ),
     "no memory": lambda page: later(
         page, "const all = []; for (;;) all.push(new Array(1e6).fill(all.length));"
     ),
