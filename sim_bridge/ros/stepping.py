@@ -6,6 +6,7 @@ from collections.abc import Callable
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
+from robot_core.log import Level
 from robot_core.ros.process import StopRequest
 from robot_core.ros.topics import write_log
 from sim_bridge.ros.monitors import WINDOW, SpeedMonitor
@@ -25,6 +26,7 @@ holds up a gait: one that walks must not lose control to another."""
 REPORT = 3.0
 """[s] of wall time without an answer after which lockstep logs a warning; each next one comes after
 ten times as long."""
+ADVICE = "a gait that waits for the processor may fall: lockstep:=true waits for it"
 _SECOND = 1_000_000_000
 
 
@@ -84,7 +86,7 @@ def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> No
         raise TypeError(type(node).__name__)
     pacer = Pacer(node.control_period, node.factor)
     speed = SpeedMonitor(node.factor, time.monotonic_ns())
-    check_at = 0
+    check_at, advised = 0, False
     while not stop:
         if not serve_until_due(node, executor, stop, pacer):
             return
@@ -94,6 +96,9 @@ def drive(node: Node, executor: SingleThreadedExecutor, stop: StopRequest) -> No
         line = speed.update(now, pacer.lost)
         if line is not None:
             write_log(node, line)
+            if line.level >= Level.WARN and not (node.lockstep or advised):
+                advised = True
+                node.get_logger().warning(ADVICE)
         if now >= check_at:
             check_at = now + round(WINDOW * _SECOND)
             node.check_publishers()
