@@ -131,11 +131,13 @@ class Gait:
         self._head = HeadControl(self._image)
         self._requests = Requests()
         self._lift_share = 1.0
+        # The torso rolls with motors that give way, by more than the soles are askew.
         self.levelling = SoleLevelling(
             sole_springs(self._image.sole_corners, self._image_mass()),
             calibration.sole_pitch,
             calibration.sole_roll,
             known=calibration != NOT_CALIBRATED,
+            learns_roll=not FeedForward(robot).needed,
         )
         self._alignment = StandAlignment()
         self._begin()

@@ -173,7 +173,7 @@ class GaitParameters(Settings):
         "target.",
     )
     arm_swing: float = number(
-        5.5, 0.0, 6.0, "rad/m",
+        5.5, 0.0, 12.0, "rad/m",
         "Swing of each arm per metre by which the opposite foot is ahead.",
     )
 

@@ -15,6 +15,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from robot_core.head_goals import Follow, Goal, LookAt
@@ -161,6 +162,8 @@ class Proportions(NamedTuple):
         sole_middle: Middle of the sole ahead of its frame.
         sole_inside: From the sole's frame to its inner edge.
         pace: Lowest no-load speed of hip pitch, knee and ankle pitch [rad/s].
+        arm_swing: Swing of the arms whose yaw momentum is that of a leg, per metre of its foot
+            [rad/m]; None without arms.
     """
 
     sole_length: float
@@ -169,6 +172,7 @@ class Proportions(NamedTuple):
     sole_inside: float
     hip: float
     pace: float
+    arm_swing: float | None
 
 
 def proportions(robot: RobotDescription) -> Proportions:
@@ -186,7 +190,25 @@ def proportions(robot: RobotDescription) -> Proportions:
         for name in (leg.hip_pitch, leg.knee_pitch, leg.ankle_pitch)
     ]
     pace = Size(robot.size).time * min(speeds)
-    return Proportions(x1 - x0, 0.5 * (x0 + x1), y1 - y0, -y0, hip, pace)
+    return Proportions(
+        x1 - x0, 0.5 * (x0 + x1), y1 - y0, -y0, hip, pace, _balancing_arm_swing(image)
+    )
+
+
+def _balancing_arm_swing(image: RobotDescription) -> float | None:
+    if not image.shoulder_pitch:
+        return None
+    model = pin.buildModelFromXML(image.urdf, pin.JointModelFreeFlyer())
+    data, q = model.createData(), pin.neutral(model)
+    joints = {name: model.joints[model.getJointId(name)] for name in image.joint_names}
+    for name, angle in zip(image.joint_names, image.stand_pose, strict=True):
+        q[joints[name].idx_q] = angle
+    momentum = pin.computeCentroidalMap(model, data, q)[5]
+    frame = model.getFrameId(image.sole_frames[0], pin.FrameType.BODY)
+    foot = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)[0]
+    hip, arm = joints[image.left_leg.hip_pitch].idx_v, joints[image.shoulder_pitch[0]].idx_v
+    of_leg, of_arm = abs(float(momentum[hip] / foot[hip])), abs(float(momentum[arm]))
+    return of_leg / of_arm if of_arm > 0.0 else None
 
 
 def fitted(
@@ -202,7 +224,7 @@ def fitted(
     Returns:
         The parameters with the lengths of soles and hips that the robot has, with shorter steps if
         its motors are slower, and with a lower lift if they are or if the soles are shorter: their
-        ends reach less far down when they tilt.
+        ends reach less far down when they tilt. Lighter arms swing more.
     """
     own, other = proportions(robot), proportions(reference)
     p = parameters
@@ -215,12 +237,13 @@ def fitted(
         "foot_spacing": spacing,
     }
     pace = min(1.0, own.pace / other.pace)
+    arms = own.arm_swing / other.arm_swing if own.arm_swing and other.arm_swing else 1.0
     for name, share in (
         ("swing_lift", min(pace, along)), ("step_forward_max", pace),
         ("step_backward_max", pace), ("step_side_max", pace),
         ("pendulum_width", stance), ("pendulum_offset_y", stance),
         ("pendulum_shift_max", along), ("pendulum_shift_back_max", along),
-        ("pendulum_shift_side_max", across),
+        ("pendulum_shift_side_max", across), ("arm_swing", arms),
     ):  # fmt: skip
         if name in p.as_dict():
             changes[name] = share * getattr(p, name)

@@ -30,6 +30,7 @@ from nao_lipm_gait.parameters import GaitParameters, load_preset
 from robot_core import schema
 from robot_core.errors import NaoGaitError
 from robot_core.resources import share
+from robot_core.robot import NAO, load_robot
 from robot_core.schema import Anything, Group, Settings, Table
 from sim_bridge.plant import PlantOption
 from sim_bridge.trials.tasks import find_task
@@ -113,7 +114,7 @@ class Sweep(Settings):
     engines: tuple[str, ...] = schema.field(schema.Sequence(schema.Text()), ())
     labelled: bool = schema.field(schema.Switch(), False, "Speeds are part of the tasks' names.")
     closed_only: bool = schema.field(schema.Switch(), False, "Never in open loop.")
-    published: bool = schema.field(schema.Switch(), False, "The paper's values beside ours.")
+    published: bool = schema.field(schema.Switch(), False, "The paper's values beside a NAO's.")
     metrics: tuple[str, ...] = schema.field(_METRICS)
     at_rest: tuple[str, ...] = schema.field(_METRICS, (), "Also for tasks without a speed.")
     half: tuple[str, ...] = schema.field(_METRICS, (), "Also at half of each speed.")
@@ -198,13 +199,14 @@ class Sweep(Settings):
         pushed = dict(
             zip(variants, push_variants(options, every, self.pushes), strict=True)
         )
+        published = self.published and load_robot(options.urdf).name == NAO
         halved = {task.name for task in halves}
         for name, scores in found.items():
             for score in scores:
                 metrics = self.half if score.task.name in halved else self.metrics
                 if score.task.axis is None and self.at_rest:
                     metrics = self.at_rest
-                rows = score.rows(*metrics, subject=name, published=self.published)
+                rows = score.rows(*metrics, subject=name, published=published)
                 title = variants[name].plant_title(options)
                 yield from (row._replace(plant=title) for row in rows)
             yield from pushed[name].survival_rows(name)

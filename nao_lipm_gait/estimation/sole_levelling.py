@@ -199,6 +199,7 @@ class SoleLevelling:
         pitch: Pitch [rad] of the left sole relative to the right one, if it was calibrated.
         roll: The same for the roll [rad].
         known: Whether it was calibrated.
+        learns_roll: Whether the roll is learned.
 
     Attributes:
         applied_pitch: Pitch [rad] that the joint angles given to `update` no longer contain.
@@ -206,9 +207,11 @@ class SoleLevelling:
     """
 
     def __init__(
-        self, springs: SoleSprings, pitch: float = 0.0, roll: float = 0.0, *, known: bool = False
-    ) -> None:
+        self, springs: SoleSprings, pitch: float = 0.0, roll: float = 0.0, *,
+        known: bool = False, learns_roll: bool = True,
+    ) -> None:  # fmt: skip
         self._springs = springs
+        self._learns_roll = learns_roll
         sigma = TILT_ERROR if known else TILT_SIGMA
         self._pitch = _Learned(pitch, sigma, -TILT_MAX, TILT_MAX)
         self._roll = _Learned(roll, sigma, -TILT_MAX, TILT_MAX)
@@ -245,14 +248,16 @@ class SoleLevelling:
 
     @property
     def sigma(self) -> tuple[float, float]:
-        """Standard deviations [rad] of pitch and roll."""
-        return sqrt(self._pitch.variance), sqrt(self._roll.variance)
+        """Standard deviations [rad] of pitch and roll; 0 of a roll that is not learned."""
+        roll = sqrt(self._roll.variance) if self._learns_roll else 0.0
+        return sqrt(self._pitch.variance), roll
 
     @property
     def known(self) -> bool:
         """Whether pitch and roll are known well enough for long strides."""
         limit = KNOWN_SIGMA * KNOWN_SIGMA
-        certain = self._pitch.variance <= limit and self._roll.variance <= limit
+        learned = (self._pitch, self._roll) if self._learns_roll else (self._pitch,)
+        certain = all(each.variance <= limit for each in learned)
         return certain and self._measurements >= KNOWN_STEPS
 
     def update(
@@ -339,6 +344,8 @@ class SoleLevelling:
         expected = side * left - softness.value * moved_x
         error = TILT_ERROR + softer * abs(moved_x)
         self._pitch.correct(tick.pitch - expected, side, _variance(left), error, better)
+        if not self._learns_roll:
+            return
         left = self._roll.value - self.applied_roll
         expected = side * left + softness.value * moved_y
         error = TILT_ERROR + softer * abs(moved_y)

@@ -1,6 +1,7 @@
 """Robots of another size: the same walk in other lengths and times, and heavy robots that walk."""
 
 import dataclasses
+import re
 import xml.etree.ElementTree as ET
 from math import sqrt
 
@@ -49,6 +50,21 @@ def test_the_nao_is_its_own_image() -> None:
     parameters = load_preset(DEFAULT)
     assert fitted(parameters, NAO, NAO).as_dict() == pytest.approx(parameters.as_dict())
     assert proportions(enlarged(NAO, GIANT)) == pytest.approx(proportions(NAO))
+
+
+def test_lighter_arms_swing_more() -> None:
+    """The yaw momentum of an arm with half the mass is half as large."""
+    root = ET.fromstring(NAO.urdf)
+    for link in root.iter("link"):
+        if re.search(r"Shoulder|Bicep|Elbow|ForeArm|Hand|Wrist|Finger|Thumb", link.get("name", "")):
+            for value in link.iter("mass"):
+                value.set("value", repr(0.5 * float(value.get("value", "0"))))
+            for inertia in link.iter("inertia"):
+                for key, value in inertia.attrib.items():
+                    inertia.set(key, repr(0.5 * float(value)))
+    light = dataclasses.replace(NAO, urdf=ET.tostring(root, encoding="unicode"))
+    swing, other = (fitted(load_preset(DEFAULT), each, NAO).arm_swing for each in (light, NAO))
+    assert swing == pytest.approx(2.0 * other, rel=0.02)
 
 
 def test_a_giant_walks_as_its_image_does() -> None:

@@ -127,6 +127,15 @@ def test_the_tilt_of_a_model_is_learned(pitch: float, roll: float, softness: flo
     assert torso.levelling.applied_pitch == pytest.approx(torso.levelling.pitch, abs=0.002)
 
 
+def test_the_roll_is_left_alone_where_the_torso_rolls_with_its_motors() -> None:
+    torso = SteppingTorso(0.02, -0.015)
+    torso.levelling = SoleLevelling(SPRINGS, learns_roll=False)
+    torso.walk(15.0)
+    assert torso.levelling.pitch == pytest.approx(0.02, abs=0.003)
+    assert torso.levelling.roll == torso.levelling.applied_roll == 0.0
+    assert torso.levelling.known
+
+
 def test_the_mirrored_model_has_the_mirrored_tilt() -> None:
     """Mirrored at the middle plane: the pitch changes its sign, the roll does not."""
     one, other = SteppingTorso(0.02, 0.01, ahead=0.01), SteppingTorso(-0.02, 0.01, ahead=-0.01)
