@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import attrs
 import numpy as np
@@ -56,7 +57,7 @@ class Robot:
             self.time += 0.1
             self.procedure.see_odometry(self.time, 0.0, 0.0)
 
-    def measure(self, measured: Measurement, **changes: float) -> None:
+    def measure(self, measured: Measurement, **changes: Any) -> None:
         self.procedure.see_measurement(self.time, attrs.evolve(measured, **changes))
 
     def stands(self) -> None:
