@@ -36,7 +36,6 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 
 from robot_core.errors import NaoGaitError
-from robot_core.schema import YAML_LOADER
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
@@ -460,7 +459,7 @@ def _whole(
 
 def _check_listed(path: Path, files: list[Path]) -> None:
     """Refuse metadata that names another file than those that were checked."""
-    metadata = yaml.load((path / "metadata.yaml").read_bytes(), YAML_LOADER)
+    metadata = yaml.safe_load((path / "metadata.yaml").read_bytes())
     names = {Path(name).name for name in metadata["rosbag2_bagfile_information"][_LISTED]}
     if foreign := sorted(names - {file.name for file in files}):
         raise NaoGaitError(_LISTED, foreign, "the files of the bag")

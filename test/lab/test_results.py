@@ -63,7 +63,8 @@ def test_fingerprints_are_compared_with_an_earlier_output(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     other = replace(FOUND, key="mujoco/walk/paper")
-    monkeypatch.setattr("gait_lab.bench.fingerprint.fingerprints", lambda *_: [FOUND, other])
+    found = {each.key: each for each in (FOUND, other)}
+    monkeypatch.setattr("gait_lab.bench.fingerprint.fingerprints", lambda *_: found)
     assert cli.main(["fingerprint", "--engine", "mujoco"]) == 0
     file = tmp_path / "before.json"
     file.write_text(capsys.readouterr().out)
