@@ -119,7 +119,8 @@ def test_an_engine_that_is_missing_says_what_to_install(
     robot: RobotDescription, reference: Plant, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(engines, "installed", lambda engine: engine == "pybullet")
-    with pytest.raises(NaoGaitError, match=r"pybullet, which is installed; or pip install 'mujoco>=4,<5'"):
+    allowed = r"pybullet, which is installed; or pip install 'mujoco>=4,<5'"
+    with pytest.raises(NaoGaitError, match=allowed):
         World.single(robot, reference, engine="mujoco")
 
 
