@@ -35,7 +35,7 @@ LARGEST_FILE = 256 * 1024
 """[bytes] of a YAML file, or characters of a YAML text from a topic."""
 MOST_NODES, DEEPEST, LONGEST_TEXT = 20_000, 32, 10_000
 """Values of a YAML text with its aliases replaced, their depth, characters of one of them."""
-YAML_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """The one in C, where PyYAML has it, is ten times as fast."""
 
 
@@ -496,7 +496,7 @@ def parse_yaml(text: str, where: str) -> Any:
         raise NaoGaitError(where, f"{len(text)} characters", f"at most {LARGEST_FILE}")
     try:
         _check_size(text, where)
-        return yaml.load(text, YAML_LOADER)
+        return yaml.load(text, _Loader)
     except NaoGaitError:
         raise
     except Exception as error:  # PyYAML's constructors raise any: AttributeError of a !!timestamp
@@ -508,7 +508,7 @@ def _check_size(text: str, where: str) -> None:
     """Refuse a YAML text that is too deep or too large once its aliases are replaced."""
     sizes: dict[str, int] = {}
     around: list[tuple[str | None, int]] = []  # anchor and size so far of what is not yet closed
-    for event in yaml.parse(text, YAML_LOADER):
+    for event in yaml.parse(text, _Loader):
         anchor, size = None, 0
         if isinstance(event, yaml.CollectionStartEvent):
             around.append((event.anchor, 1))
