@@ -63,7 +63,7 @@ class GaitParameters(Settings):
         "Largest forward step size. Commands beyond the step sizes are walked at them.",
         section="Step sizes",
     )
-    step_backward_max: float = number(0.102, 0.0, 0.2, "m", "Largest backward step size.")
+    step_backward_max: float = number(0.094, 0.0, 0.2, "m", "Largest backward step size.")
     step_side_max: float = number(
         0.145, 0.0, 0.3, "m", "Largest sum of the side steps of both feet (one double step)."
     )
