@@ -24,9 +24,9 @@ STAND, SPEED_UP, LENGTH, PERIOD = 1.5, 6.0, 4.0, 0.1
 """[s] of standing; until a robot walks steadily; of a picture; between two of its frames."""
 PANEL = 190, 250
 """Width and height of one robot's picture [pixels]."""
-KICK_OFF, PLAYED = 15.0, 14.0
-"""[s] of the match before the picture begins, and in it (twice as fast)."""
-FIELD_VIEW = Intrinsics.from_fov(560, 300, 1.0)
+KICK_OFF, PLAYED = 23.0, 16.0
+"""[s] of the match before the first kick, and in the picture (twice as fast)."""
+FIELD_VIEW = Intrinsics.from_fov(600, 280, 0.9)
 COLOURS = 48
 
 
@@ -74,7 +74,7 @@ def _match() -> Iterator[Image]:
     """Pictures of a match of two against two, from beside the field."""
     from gait_lab.soccer.match import Match, MatchSpec
 
-    view = CameraView(FIELD_VIEW, looking(np.array((0.0, -3.4, 1.7)), np.array((0.0, 0.0, 0.1))))
+    view = CameraView(FIELD_VIEW, looking(np.array((0.0, -3.3, 1.5)), np.array((0.0, 0.0, 0.1))))
     every = round(2.0 * PERIOD / 0.01)
     first, last = (round(each / 0.01) for each in (KICK_OFF, KICK_OFF + PLAYED))
     with Match(MatchSpec(seed=0, minutes=1.0, frames=False), visual=True) as match:
