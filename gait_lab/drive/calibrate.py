@@ -28,6 +28,7 @@ from nao_lipm_gait.runtime.inputs import read_velocity
 from nao_lipm_gait.whole_body.feed_forward import FeedForward
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription, load_robot
+from robot_core.ros.patience import ANSWER, STALL
 from robot_core.ros.process import StopRequest, stop_on_signal
 from robot_core.types import FloatArray
 from sim_bridge.trials.calibration_procedure import (
@@ -43,10 +44,6 @@ if TYPE_CHECKING:
 
 COMMAND_PERIOD = 0.1
 """Time [s] of the sensors between two velocity commands."""
-ANSWER_TIMEOUT = 20.0
-"""Wall time [s] for the first messages of the gait."""
-STALL_TIMEOUT = 60.0
-"""Longest wall time [s] without odometry later on."""
 
 
 class _RobotClient:
@@ -227,7 +224,7 @@ def _find_gait(node: "Node", client: _RobotClient, stop: StopRequest) -> None:
         (client.prepare_commands, "gait's cmd_vel", "a subscriber of cmd_vel"),
         (lambda: client.heard, "odom", "a gait with sensors: a running robot (`sim_bridge`)"),
     ):
-        deadline = time.monotonic() + ANSWER_TIMEOUT
+        deadline = time.monotonic() + ANSWER
         while not found():
             _spin(node, stop)
             if time.monotonic() > deadline:
@@ -300,8 +297,8 @@ def _carry_out(
     phase, shown, procedure = Phase.DONE, None, client.procedure
     while procedure.phase is not Phase.DONE:
         _spin(node, stop)
-        if client.heard is None or time.monotonic() - client.heard > STALL_TIMEOUT:
-            raise CalibrationError(f"no odometry for {STALL_TIMEOUT:g} s")
+        if client.heard is None or time.monotonic() - client.heard > STALL:
+            raise CalibrationError(f"no odometry for {STALL:g} s")
         if client.problem:
             raise CalibrationError(client.problem)
         if posing is not None:

@@ -8,12 +8,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from robot_core.errors import NaoGaitError
+from robot_core.ros.patience import ANSWER
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-ANSWER_TIMEOUT = 20.0
-"""Wall time [s] for an answer of the gait."""
 AGAIN = 1.0
 """Wall time [s] after which a request is sent again: it or its answer may be lost."""
 
@@ -56,7 +55,7 @@ class GaitParameters:
             raise NaoGaitError("parameters of the gait", dict(values), result.reason)
 
     def _ask(self, client: Any, request: Any) -> Any:
-        end, again = time.monotonic() + ANSWER_TIMEOUT, 0.0
+        end, again = time.monotonic() + ANSWER, 0.0
         answers: list[Any] = []
         while time.monotonic() < end:
             if time.monotonic() > again and client.service_is_ready():
@@ -66,4 +65,4 @@ class GaitParameters:
             done = [answer.result() for answer in answers if answer.done()]
             if done:
                 return done[0]
-        raise NaoGaitError(client.srv_name, "nothing", f"an answer within {ANSWER_TIMEOUT:g} s")
+        raise NaoGaitError(client.srv_name, "nothing", f"an answer within {ANSWER:g} s")

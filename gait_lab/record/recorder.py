@@ -17,6 +17,7 @@ from gait_lab.analysis.bag import BagWriter
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from robot_core.errors import NaoGaitError
 from robot_core.ros.lockstep import UNTIL, LockstepPartner
+from robot_core.ros.patience import ANSWER
 from robot_core.ros.process import start_rclpy, stop_on_signal
 
 if TYPE_CHECKING:
@@ -31,8 +32,6 @@ CLOCK_TIMEOUT = 5.0
 """[s] of wall time that /clock may be discovered later than the first other topic."""
 START_TIMEOUT = 8.0
 """[s] of wall time without any topic, after which the duration of a recording counts."""
-SERVICE_TIMEOUT = 20.0
-"""[s] of wall time to discover the service of a node; one without a service is left out then."""
 ANSWER_TIMEOUT = 60.0
 """[s] of wall time after which time may run on without the answer of a node, which may hang."""
 LOCKSTEP = "lockstep"
@@ -397,7 +396,10 @@ class _Acquaintance:
 
 
 class _Question:
-    """Asks a service that each ROS node has, unless it has no parameters, until it answers."""
+    """Asks a service that each ROS node has, unless it has no parameters, until it answers.
+
+    A node whose service is not discovered within `ANSWER` is left out.
+    """
 
     def __init__(self, node: "Node", service: str) -> None:
         from rcl_interfaces.srv import GetParameters
@@ -408,7 +410,7 @@ class _Question:
         self._client = node.create_client(GetParameters, service) if named else None
         self._request = GetParameters.Request(names=[LOCKSTEP])
         self._answers: list[Any] = []
-        self._end = time.monotonic() + SERVICE_TIMEOUT
+        self._end = time.monotonic() + ANSWER
         self._again = 0.0
 
     @property

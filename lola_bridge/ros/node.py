@@ -50,6 +50,7 @@ from robot_core.ros.parameters import (
     of_type,
     warn_of_unknown_overrides,
 )
+from robot_core.ros.patience import ANSWER
 from robot_core.ros.process import StopRequest
 from robot_core.ros.topics import (
     LATCHED,
@@ -109,8 +110,6 @@ REPORT_PERIOD = 1.0
 """[s] between two messages about battery, temperatures and the bridge."""
 RESTARTS_MAX = 5
 """Drivers in a row that end before a frame of the robot, after which the bridge gives up."""
-LONGEST_START, LONGEST_END = 30.0, 30.0
-"""[s] that the driver gets to start, and to let the robot sit down at the end."""
 
 
 class LolaBridgeNode(Node):
@@ -202,7 +201,7 @@ class LolaBridgeNode(Node):
             self._link.shutdown(socket.SHUT_RDWR)
         if self._process is not None:
             try:
-                self._process.wait(LONGEST_END)
+                self._process.wait(ANSWER)
             except subprocess.TimeoutExpired:
                 self._process.kill()
         super().destroy_node()
@@ -212,7 +211,7 @@ class LolaBridgeNode(Node):
     def _connect(self) -> socket.socket:
         """Connect to the driver, which is started if there is none."""
         settings = self._settings
-        until = time.monotonic() + LONGEST_START
+        until = time.monotonic() + ANSWER
         while not self._ending:
             link = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
             try:
