@@ -11,7 +11,7 @@ WAY_NOISE = 0.03
 VARIANCE_MIN = 1e-6
 """Smallest variance [m^2, rad^2]; filters cannot use 0."""
 UNSEEN_STEPS = 4
-"""Steps after which slipping soles are noticed at the latest."""
+"""Steps after which a blocked robot is noticed at the latest."""
 
 
 class OdometryCovariance:
@@ -19,23 +19,23 @@ class OdometryCovariance:
 
     With a heading error e, a step (dx, dy) in odom is (-dy, dx) e off; the covariance follows as
     F P F' + Q. The variance of the heading is that of the yaw slip's estimator. If it decreases, an
-    earlier error was found, and the covariance of heading and place decreases alike. The way on
-    slipping soles may be all wrong, so it counts as a deviation of its own.
+    earlier error was found, and the covariance of heading and place decreases alike. The way
+    of a blocked robot may be all wrong, so it counts as a deviation of its own.
     """
 
     def __init__(self) -> None:
         self.pose = PoseCovariance(xx=VARIANCE_MIN, yy=VARIANCE_MIN, yaw=VARIANCE_MIN)
         self._last: Pose2 = ORIGIN
         self._before: deque[Pose2] = deque([ORIGIN], UNSEEN_STEPS)
-        self._slipped = 0.0, 0.0
+        self._blocked_way = 0.0, 0.0
 
-    def step(self, base_footprint: Pose2, yaw_variance: float, *, slipping: bool = False) -> None:
+    def step(self, base_footprint: Pose2, yaw_variance: float, *, blocked: bool = False) -> None:
         """One step.
 
         Args:
             base_footprint: Pose of base_footprint in odom.
             yaw_variance: Variance [rad^2] of the heading.
-            slipping: The soles slip, since some steps ago if they did not before.
+            blocked: The robot walks against something, since some steps ago if it did not before.
         """
         x, y, _ = base_footprint
         dx, dy = x - self._last[0], y - self._last[1]
@@ -52,12 +52,12 @@ class OdometryCovariance:
             share * (y_yaw + dx * yaw),
             yaw_after,
         )
-        self._add_slipped(base_footprint, slipping=slipping)
+        self._add_blocked(base_footprint, blocked=blocked)
 
-    def _add_slipped(self, base_footprint: Pose2, *, slipping: bool) -> None:
-        """Add what the square of the way on slipping soles has grown by."""
-        x, y = self._slipped
-        if slipping:
+    def _add_blocked(self, base_footprint: Pose2, *, blocked: bool) -> None:
+        """Add what the square of the way of a blocked robot has grown by."""
+        x, y = self._blocked_way
+        if blocked:
             first = self._before[0]
             after = base_footprint[0] - first[0], base_footprint[1] - first[1]
             pose = self.pose
@@ -65,9 +65,9 @@ class OdometryCovariance:
                 xx=pose.xx + max(0.0, after[0] ** 2 - x * x),
                 yy=pose.yy + max(0.0, after[1] ** 2 - y * y),
             )
-            self._slipped = max(abs(x), abs(after[0])), max(abs(y), abs(after[1]))
+            self._blocked_way = max(abs(x), abs(after[0])), max(abs(y), abs(after[1]))
             return
         if (x, y) != (0.0, 0.0):  # that way is counted
             self._before.clear()
-            self._slipped = 0.0, 0.0
+            self._blocked_way = 0.0, 0.0
         self._before.append(base_footprint)

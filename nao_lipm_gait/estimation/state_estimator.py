@@ -246,7 +246,7 @@ class StateEstimator:
             self._blocked.step(expected.wanted_step, q_in_odom)
             base = self.odometry.base_footprint_in_odom
             variance = self._yaw_slip.yaw_variance
-            self._covariance.step(base, variance, slipping=self._blocked.way is not None)
+            self._covariance.step(base, variance, blocked=self._blocked.way is not None)
 
     @property
     def pose_covariance(self) -> PoseCovariance:

@@ -124,10 +124,10 @@ def test_a_robot_that_walks_freely_is_not_blocked(tmp_path: Path) -> None:
     assert result.error < 3.0 * result.sigma < 0.3
 
 
-def test_the_way_on_slipping_soles_may_be_all_wrong() -> None:
+def test_the_way_of_a_blocked_robot_may_be_all_wrong() -> None:
     covariance = OdometryCovariance()
     for step in range(1, 11):
-        covariance.step((0.1 * step, 0.0, 0.0), 1e-6, slipping=step > 5)
+        covariance.step((0.1 * step, 0.0, 0.0), 1e-6, blocked=step > 5)
     xx, xy, yy, *_ = covariance.pose
     assert xx**0.5 == pytest.approx(1.0 - 0.2, abs=0.05), "from four steps before it was noticed"
     assert yy**0.5 < 0.1

@@ -53,13 +53,13 @@ def test_a_robot_that_stands_is_no_less_certain() -> None:
     assert covariance.pose == pytest.approx(before)
 
 
-def test_the_way_on_slipping_soles_counts_once() -> None:
+def test_the_way_of_a_blocked_robot_counts_once() -> None:
     """Soles that slip again after one step add the way since then alone."""
     covariance = OdometryCovariance()
     slips = [False] * 10 + [True] * 10 + [False] + [True] * 2
     variances = []
-    for number, slipping in enumerate(slips, start=1):
-        covariance.step((number * STEP, 0.0, 0.0), 1e-6, slipping=slipping)
+    for number, blocked in enumerate(slips, start=1):
+        covariance.step((number * STEP, 0.0, 0.0), 1e-6, blocked=blocked)
         variances.append(covariance.pose.xx)
     way = WAY_NOISE**2 * STEP
     added = np.diff(variances) - way
