@@ -312,8 +312,12 @@ class Modes:
         wanted = motions.get_up_wanted or (self._now.gets_up and self.state is FALLEN)
         if side is None or not wanted or motions.attempts >= ATTEMPTS:
             return None
-        motions.attempts += 1
-        return motions.get_up_from(side)
+        motion = motions.get_up_from(side)
+        if motion is None:
+            motions.get_up_wanted = False
+        else:
+            motions.attempts += 1
+        return motion
 
     def _stays_upright(self) -> bool:
         """The robot has been put back on its feet."""

@@ -369,6 +369,16 @@ def test_a_get_up_that_fails_is_repeated_a_few_times() -> None:
     assert machine.states(2)[-1] is GETTING_UP
 
 
+def test_a_side_without_a_motion_ends_the_request_and_costs_no_attempt() -> None:
+    machine = lying(gets_up=True)
+    machine.robot.lying_side = Posture.LYING_BACK
+    machine.request(GET_UP)
+    assert machine.states(2 * ATTEMPTS) == [FALLEN]
+    assert not machine.modes.motions.get_up_wanted
+    machine.robot.lying_side = Posture.LYING_FRONT
+    assert machine.tick() == Transition(FALLEN, GETTING_UP, UP_FRONT)
+
+
 def test_a_stand_firm_enough_for_a_motion_gives_all_attempts_back() -> None:
     machine = lying(gets_up=True)
     machine.robot.lying_side = Posture.LYING_FRONT
