@@ -47,7 +47,7 @@ class MotorPlant(Settings):
 
     lag: float = number(
         minimum=0.0, maximum=0.2, unit="s",
-        meaning="Time constant with which a joint follows its setpoint; 0 = exact.",
+        meaning="Time constant with which a joint follows its setpoint; 0 = the least possible.",
     )
     torque_fraction: float = number(
         minimum=0.01, maximum=2.0,

@@ -93,11 +93,16 @@ def test_pybullet_refuses_the_worn_plant(robot: RobotDescription) -> None:
 
 
 @pytest.mark.usefixtures("mujoco_only")
-def test_mujoco_refuses_the_ideal_plant_and_names_the_engine_that_can(
+def test_mujoco_gives_ideal_motors_the_shortest_lag_that_it_can(
     robot: RobotDescription, ideal: Plant
 ) -> None:
-    with pytest.raises(NaoGaitError, match=r"ideal: motor\.lag: got 0\.0; .*engine:=pybullet"):
-        World.single(robot, ideal, engine="mujoco")
+    shortest = 2.0 * ideal.physics.step
+    with pytest.raises(NaoGaitError, match=r"ideal: motor\.lag: got .*0 or .*engine:=pybullet"):
+        World.single(robot, changed(ideal, motor={"lag": 0.5 * shortest}), engine="mujoco")
+    with World.single(robot, ideal, engine="mujoco") as world:
+        moved = walk_blindly(world)
+    with World.single(robot, changed(ideal, motor={"lag": shortest}), engine="mujoco") as world:
+        np.testing.assert_array_equal(walk_blindly(world), moved)
 
 
 def test_robots_of_a_world_have_different_names(

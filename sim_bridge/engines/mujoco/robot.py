@@ -146,8 +146,8 @@ class RobotParts:
         motor = self._plant.motor
         damping = _largest_damping(self._robot, self._plant)
         if motor.stiffness is not None:
-            damping = np.minimum(damping, motor.stiffness * motor.lag)
-        gains = damping / motor.lag
+            damping = np.minimum(damping, motor.stiffness * _lag(self._plant))
+        gains = damping / _lag(self._plant)
         for index, name in enumerate(self._robot.joint_names):
             own = self._robot.motors[name]
             if own.stiffness is not None:
@@ -320,6 +320,11 @@ def _largest_damping(robot: RobotDescription, plant: Plant) -> FloatArray:
     return damping
 
 
+def _lag(plant: Plant) -> float:
+    """[s] of a servo: 0 is the shortest one with which the integration is stable."""
+    return plant.motor.lag or 2.0 * plant.physics.step
+
+
 def _refuse(plant: Plant, robot: RobotDescription) -> None:
     """Raise NaoGaitError for the first option that MuJoCo cannot honour."""
     motor, step = plant.motor, plant.physics.step
@@ -331,8 +336,8 @@ def _refuse(plant: Plant, robot: RobotDescription) -> None:
     servo = motor.stiffness is None and motor.armature is None
     other = ", or engine:=pybullet" if servo and not worn else ""
 
-    if motor.lag < 2.0 * step:
-        refuse("motor.lag", motor.lag, f"at least {2.0 * step:g} s (two steps)")
+    if _lag(plant) < 2.0 * step:
+        refuse("motor.lag", motor.lag, f"0 or at least {2.0 * step:g} s (two steps)")
     if motor.stiffness is None:
         if step > _STIFF_STEP:
             refuse("physics.step", step, f"at most {_STIFF_STEP} s where motor.stiffness is null,")
@@ -342,7 +347,7 @@ def _refuse(plant: Plant, robot: RobotDescription) -> None:
         return
     damping = _largest_damping(robot, plant)
     legs = (*robot.left_leg.names, *robot.right_leg.names)
-    most = min(damping[robot.index(joint)] for joint in legs) / motor.lag
+    most = min(damping[robot.index(joint)] for joint in legs) / _lag(plant)
     if motor.stiffness > most:
         allowed = f"at most {most:.4g} N m/rad with this armature, lag and step"
         refuse("motor.stiffness", motor.stiffness, allowed)
