@@ -6,8 +6,8 @@ gives for each robot. Every push has a rollout of its own, equal to that one up 
 
 A robot survives if it does not fall within `WATCH` s of the push, and over the last `WINDOW` s of
 them moves as commanded again: still stepping, its mean velocity within `SPEED_BOUND` and its turn
-rate within `TURN_BOUND` of the reference. While walking, the reference is the robot's own motion
-without a push; on the spot and standing, it is zero.
+rate within `TURN_BOUND` of the reference, both scaled with its size. While walking, the reference
+is the robot's own motion without a push; on the spot and standing, it is zero.
 """
 
 import math
@@ -19,13 +19,14 @@ import numpy as np
 from gait_lab.bench.options import Options
 from gait_lab.bench.rows import Row
 from gait_lab.bench.walks import FallDetection, Variant
+from nao_lipm_gait.whole_body.body_model import BodyModel
 from robot_core.errors import NaoGaitError
 from robot_core.types import STANDSTILL
 from sim_bridge.trials.metrics import Metrics
 from sim_bridge.trials.rollout import RolloutResult, RolloutSpec, rollout, run_all
 from sim_bridge.trials.tasks import STAND_TIME, Task, find_task
 from sim_bridge.trials.trace import LEFT, Trace
-from sim_bridge.trials.trial import Push
+from sim_bridge.trials.trial import Push, loaded_robot
 
 DIRECTIONS: Mapping[str, float] = {
     "forward": 0.0, "forward_left": 45.0, "left": 90.0, "back_left": 135.0,
@@ -34,8 +35,10 @@ DIRECTIONS: Mapping[str, float] = {
 """Where the force points [deg], counter-clockwise from the heading."""
 SURVIVAL = 0.95
 """Share of the pushes that has to be survived."""
-LADDER = tuple(0.25 * step for step in range(3, 15))
-"""Impulses [N s] among which the largest survived one is searched."""
+LADDER = range(3, 15)
+"""Impulses in steps of `impulse_step`, among which the largest survived one is searched."""
+STEP = 0.0512
+"""[N s/kg] Of the robot, rounded to two digits: 0.25 N s for a NAO V3.3."""
 RAMP_TIME = 1.0
 """[s] from stepping to the commanded speed."""
 WARM_UP = 2.5
@@ -49,9 +52,9 @@ STAND_CYCLE = 0.5
 WATCH, WINDOW = 5.0, 2.0
 """[s] after a push, and of these at the end, in which survival is decided."""
 SPEED_BOUND = 0.06
-"""[m/s]"""
+"""[m/s] of a robot of the NAO's size."""
 TURN_BOUND = math.radians(20.0)
-"""[rad/s]"""
+"""[rad/s] of a robot of the NAO's size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,17 +255,23 @@ def survives(result: RolloutResult, unpushed: Metrics) -> bool:
     x = y = turn = 0.0
     if task.axis is not None and not task.command.is_zero:
         x, y, turn = unpushed.speed_x, unpushed.speed_y, unpushed.turn_rate
+    pace = math.sqrt(loaded_robot(result.spec.urdf).size)
     return (
-        math.hypot(metrics.speed_x - x, metrics.speed_y - y) <= SPEED_BOUND
-        and abs(metrics.turn_rate - turn) <= TURN_BOUND
+        math.hypot(metrics.speed_x - x, metrics.speed_y - y) <= pace * SPEED_BOUND
+        and abs(metrics.turn_rate - turn) <= TURN_BOUND / pace
     )
+
+
+def impulse_step(urdf: str) -> float:
+    """[N s] of a robot, between two impulses of the search."""
+    return float(f"{STEP * BodyModel(loaded_robot(urdf)).total_mass:.2g}")
 
 
 def search_largest(
     series: Sequence[PushSeries],
     directions: Sequence[str],
     options: Options,
-    ladder: Sequence[float] = LADDER,
+    ladder: Sequence[float],
 ) -> None:
     """Bisect the ladder [N s] in every direction, all directions in the same rounds."""
     # Index of the largest impulse that passes and of the smallest that does not.

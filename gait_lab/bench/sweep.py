@@ -93,7 +93,9 @@ class Trial(Settings):
         given = {**usual, **plain(self.options), "show": options.show}
         of_suite = Options.of(suite.options, given).but(parameters=parameters)
         suite.check(of_suite)
-        return {row.metric: row for row in suite.run(of_suite).rows}
+        plant = of_suite.plant_title
+        rows = suite.run(of_suite).rows
+        return {row.metric: row._replace(plant=row.plant or plant) for row in rows}
 
 
 _INHERITED = ("robots", "seed", "engine", "plant", "plant_options", "urdf", "jobs")

@@ -15,6 +15,7 @@ from gait_lab.bench.pushes import (
     Cell,
     PushSeries,
     cycle_after,
+    impulse_step,
     survives,
 )
 from gait_lab.bench.suite import plan
@@ -120,6 +121,15 @@ def test_survival_is_walking_on_as_before(task: Any, change: dict[str, Any], liv
     assert survives(result, alone) == lives
 
 
+def test_heavy_robots_get_larger_pushes_and_tall_ones_more_room() -> None:
+    assert impulse_step("nao_h21_v33") == 0.25
+    assert 6.0 < impulse_step("booster_t1") / 0.25 < 7.0  # 31.6 and 4.9 kg
+    drifts = metrics(support_changes=9, speed_x=0.08)  # T1 is 2.2 times as tall
+    for robot, lives in (("nao_h21_v33", False), ("booster_t1", True)):
+        result = RolloutResult(RolloutSpec(SPOT, urdf=robot), drifts)
+        assert survives(result, metrics()) == lives
+
+
 def test_the_search_finds_the_edge_of_each_direction(monkeypatch: pytest.MonkeyPatch) -> None:
     edges = {"left": 1.0, "forward": 3.5, "back": 0.5}
     calls = []
@@ -131,9 +141,10 @@ def test_the_search_finds_the_edge_of_each_direction(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(pushes, "push_all", push_all)
     series = PushSeries("spot")
-    pushes.search_largest([series], list(edges), TINY)
+    ladder = [impulse_step("nao_h21_v33") * each for each in LADDER]
+    pushes.search_largest([series], list(edges), TINY, ladder)
     assert series.largest("left") == 1.0
-    assert series.largest("forward") == LADDER[-1] == 3.5
+    assert series.largest("forward") == ladder[-1] == 3.5
     assert series.largest("back") is None
     assert len(calls) <= 4
 

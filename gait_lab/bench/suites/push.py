@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.pushes import (
+    LADDER,
     SPEED_BOUND,
     SURVIVAL,
     TURN_BOUND,
@@ -12,6 +13,7 @@ from gait_lab.bench.pushes import (
     WINDOW,
     PushSeries,
     directions_of,
+    impulse_step,
     push_all,
     search_largest,
     walk_unpushed,
@@ -50,7 +52,7 @@ def check(options: Options) -> None:
 )  # fmt: skip
 def push(options: Options) -> Iterator[Row | str]:
     """Push with the given impulses, or search the ladder for the largest survived one."""
-    directions = directions_of(options.directions)
+    directions, step = directions_of(options.directions), impulse_step(options.urdf)
     series = [PushSeries(text, closed) for text in options.tasks for closed in options.loops]
     walk_unpushed(series, options)
     if options.impulses:
@@ -58,7 +60,7 @@ def push(options: Options) -> Iterator[Row | str]:
                   for impulse in sorted(set(options.impulses))]  # fmt: skip
         push_all(wanted, options)
     else:
-        search_largest(series, directions, options)
+        search_largest(series, directions, options, [step * each for each in LADDER])
     for each in series:
         base = f"push_{each.name}"
         for direction in directions:
@@ -76,9 +78,9 @@ def push(options: Options) -> Iterator[Row | str]:
         yield from each.detection.rows(f"push_{each.name}")
     yield (
         f"Survived: no fall within {WATCH:g} s, and in the last {WINDOW:g} s of them still "
-        f"stepping, within {100 * SPEED_BOUND:g} cm/s and {math.degrees(TURN_BOUND):g} deg/s of "
-        "the robot's motion without a push (spot, stand: of none). Force for "
+        f"stepping, within {100 * SPEED_BOUND:g} cm/s and {math.degrees(TURN_BOUND):g} deg/s (of a "
+        "robot as large as a NAO) of its motion without a push (spot, stand: of none). Force for "
         f"{PUSH_DURATION:g} s at the torso. Max: survived by at least {SURVIVAL:.0%} of the pushes "
-        "(phases x robots), as is every smaller one that was tried; tried in steps of 0.25 N s, "
-        "--impulse tries others."
+        "(phases x robots), as is every smaller one that was tried; tried in steps of "
+        f"{step:g} N s, --impulse tries others."
     )
