@@ -232,20 +232,23 @@ def rows(version: int) -> list[tuple[Row, str]]:
 
 
 def table() -> str:
-    """The table of docs/league.md; packets of the same versions and answer share a row."""
+    """The table of docs/league.md; packets with the same answer share a row."""
     versions: dict[tuple[str, str, str], list[int]] = {}
     for version in VERSIONS:
         for (what, name, got, _, after), _ in rows(version):
             answer = f"{got}, {after}" if after else got
             versions.setdefault((what, name, answer), []).append(version)
-    names: dict[tuple[str, str, str], list[str]] = {}
+    found: dict[tuple[str, str], dict[tuple[int, ...], list[str]]] = {}
     for (what, name, answer), known in versions.items():
         assert known == list(range(known[0], known[-1] + 1))
-        span = f"{known[0]}-{known[-1]}" if len(known) > 1 else f"{known[0]}"
-        names.setdefault((what, span, answer), []).append(name)
-    lines = ["| packet | | versions | the player |", "|---|---|---|---|"]
-    for (what, span, answer), same in names.items():
-        lines.append(f"| {what} | {', '.join(same)} | {span} | {answer} |")
+        found.setdefault((what, answer), {}).setdefault(tuple(known), []).append(name)
+    lines = ["| packet | the player | if it says (only in versions) |", "|---|---|---|"]
+    for (what, answer), names in found.items():
+        said = []
+        for known, same in names.items():
+            span = f" ({'-'.join(map(str, dict.fromkeys((known[0], known[-1]))))})"
+            said.append(", ".join(same) + ("" if known == tuple(VERSIONS) else span))
+        lines.append(f"| {what} | {answer} | {'; '.join(said)} |")
     return "\n".join(lines) + "\n"
 
 
