@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from gait_lab.analysis.body import shapes_of
-from gait_lab.analysis.plots import BLACK, BLUE, RED, pyplot, save
+from gait_lab.analysis.plots import BLUE, INK, RED, pyplot, save
 from nao_lipm_gait.presets import DEFAULT, preset_for
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 from nao_lipm_gait.whole_body.body_model import BodyModel
@@ -162,7 +162,7 @@ def _draw(robot: RobotDescription, stand: StandRange, path: Path) -> Path:
                 )  # fmt: skip
         for name in robot.joint_names:
             place = data.oMi[model.getJointId(name)].translation
-            axis.plot(flip * place[across], place[2] - ground, ".", color=BLACK, markersize=4)
+            axis.plot(flip * place[across], place[2] - ground, ".", color=INK, markersize=4)
         for sole in soles:
             outline = np.array([sole.act(np.array((x, y, 0.0))) for x, y in robot.sole_outline])
             axis.plot(flip * outline[:, across], outline[:, 2] - ground, color=BLUE, linewidth=2)

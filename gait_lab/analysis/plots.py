@@ -1,10 +1,13 @@
-"""The common style of all figures that are written as PNG."""
+"""The colours of all figures, and the style of those that are written as PNG."""
 
 from pathlib import Path
 from typing import Any
 
-BLACK, RED, BLUE, GREY, ORANGE = "#111111", "#d1495b", "#00798c", "#9a9a9a", "#edae49"
+INK, RED, BLUE, GREY, GOLD, GREEN = (
+    "#16202a", "#d1495b", "#0f7c94", "#9aa3ab", "#e0a030", "#3f8f5b",
+)  # fmt: skip
 """Of different lightness, so that they differ also without colour vision."""
+LEFT_COLOR, RIGHT_COLOR = "#c8553d", "#2f7f5f"
 
 
 def pyplot() -> Any:

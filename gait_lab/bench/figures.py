@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from gait_lab.analysis.plots import BLUE, GOLD, GREY, RED
 from gait_lab.bench.options import Options
 from gait_lab.bench.published import PLACO_PUSH
 from gait_lab.bench.pushes import DIRECTIONS
@@ -22,7 +23,6 @@ from sim_bridge.trials.rollout import RolloutSpec, make_pair, rollout, task_tick
 from sim_bridge.trials.tasks import find_task
 from sim_bridge.trials.trial import Push, TimedCommands, loaded_robot, run
 
-BLUE, RED, GREY = "#1f77b4", "#d62728", "#7f7f7f"
 SHOWN = 4.0
 """[s] of the CoM that figures 6 and 7 show."""
 BEFORE_PUSH, IMPULSE = 1.5, 1.0
@@ -150,7 +150,7 @@ def push_figure(values: Mapping[str, float | None], path: Path) -> Path | None:
             panel.plot([angles[way] for way in [*known, *known[:1]]], [*sizes, *sizes[:1]],
                        "o-", color=color, markersize=3.5, label=f"{label} loop")  # fmt: skip
         panel.plot([angles[way] for way in PLACO_PUSH], list(PLACO_PUSH.values()), "D",
-                   color="#ff7f0e", markersize=5, label="placo, one robot")  # fmt: skip
+                   color=GOLD, markersize=5, label="placo, one robot")  # fmt: skip
         panel.set_theta_zero_location("N")
         panel.set_xticks(list(angles.values()), [name.replace("_", "\n") for name in angles])
         panel.tick_params(labelsize=7)

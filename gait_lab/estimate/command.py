@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gait_lab.analysis.plots import BLACK, BLUE, GREY, RED, pyplot, save
+from gait_lab.analysis.plots import BLUE, GREY, INK, RED, pyplot, save
 from gait_lab.estimate.estimator import (
     Estimate,
     by_legs_alone,
@@ -118,14 +118,14 @@ def draw(
     several = [("legs alone", legs, GREY), ("estimate", found, BLUE)]
     shown = [(name, each.up, each.position, each.yaw, colour) for name, each, colour in several]
     if truth is not None:
-        shown.append(("reference", truth.up, truth.position, truth.yaw, BLACK))
+        shown.append(("reference", truth.up, truth.position, truth.yaw, INK))
     for name, up, position, heading, colour in shown:
         roll_pitch = np.degrees(roll_and_pitch(up))
         tilt.plot(time, roll_pitch[:, 0], color=colour, lw=1, label=f"roll, {name}")
         tilt.plot(time, roll_pitch[:, 1], "--", color=colour, lw=1, label=f"pitch, {name}")
         yaw.plot(time, np.degrees(heading), color=colour, lw=1, label=name)
         way.plot(position[:, 0], position[:, 1], color=colour, lw=1, label=name)
-    for values, name, colour in zip(found.com.T, "xyz", (BLUE, RED, BLACK), strict=True):
+    for values, name, colour in zip(found.com.T, "xyz", (BLUE, RED, INK), strict=True):
         com.plot(time, values, color=colour, lw=1, label=name)
     for each, x, y in (
         (tilt, "s", "tilt of the base / deg"), (yaw, "s", "yaw / deg"),

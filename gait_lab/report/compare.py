@@ -7,6 +7,7 @@ from html import escape
 
 import numpy as np
 
+from gait_lab.analysis.plots import BLUE, INK, LEFT_COLOR
 from gait_lab.report.analysis import Analysis, Stretch
 from gait_lab.report.figures import (
     AT_LIMIT,
@@ -20,7 +21,7 @@ from gait_lab.report.figures import (
     percent,
 )
 from gait_lab.report.page import figure_block, list_html, page, table_block, verdict_html
-from gait_lab.report.plot import BLUE, INK, ArrayStore, Figure, Line
+from gait_lab.report.plot import ArrayStore, Figure, Line
 from gait_lab.report.verdict import (
     BAD,
     FAIR,
@@ -33,7 +34,7 @@ from gait_lab.report.verdict import (
     number,
 )
 
-A_COLOR, B_COLOR = BLUE, "#c8553d"
+A_COLOR, B_COLOR = BLUE, LEFT_COLOR
 TELLING = 0.1
 """Relative difference from which two numbers count as different."""
 

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.report.analysis import Analysis
-from gait_lab.report.plot import (
+from gait_lab.analysis.plots import (
     BLUE,
     GOLD,
     GREEN,
@@ -19,9 +18,9 @@ from gait_lab.report.plot import (
     LEFT_COLOR,
     RED,
     RIGHT_COLOR,
-    Figure,
-    Line,
 )
+from gait_lab.report.analysis import Analysis
+from gait_lab.report.plot import Figure, Line
 from gait_lab.report.verdict import TextTable, joint_table, percept_table, stretch_table
 from robot_core.types import FloatArray
 from sim_bridge.trials.metrics import true_com_in_q, velocity_in_heading, yaw_of

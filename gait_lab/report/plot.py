@@ -10,11 +10,6 @@ import numpy as np
 from gait_lab.report.analysis import Analysis
 from robot_core.types import FloatArray
 
-INK, RED, BLUE, GREY, GOLD, GREEN = (
-    "#16202a", "#d1495b", "#0f7c94", "#9aa3ab", "#e0a030", "#3f8f5b",
-)  # fmt: skip
-"""Of different lightness, so that they differ also without colour vision."""
-LEFT_COLOR, RIGHT_COLOR = "#c8553d", "#2f7f5f"
 TIME = "time [s]"
 MOST_POINTS = 12000
 """Largest number of drawn points of a line; longer ones are thinned for drawing only."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gait_lab.analysis.plots import BLACK, BLUE, GREY, ORANGE, RED, pyplot, save
+from gait_lab.analysis.plots import BLUE, GOLD, GREY, INK, RED, pyplot, save
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from robot_core.errors import NaoGaitError
 from sim_bridge.trials.metrics import Metrics
@@ -31,7 +31,7 @@ SWEEPS = {
     "gyro_pitch_gain": (-0.03, 0.0, 0.03, 0.06, 0.1),
 }
 """Values of each parameter, SI units."""
-ROBOTS, COLOURS = (0, 2), (BLUE, BLACK)
+ROBOTS, COLOURS = (0, 2), (BLUE, INK)
 SPEED, WINDOW = 0.30, 6.0
 """Commanded speed forward [m/s]; duration of the measurement [s]."""
 
@@ -88,7 +88,7 @@ def draw(name: str, samples: Sequence[Sample], path: Path) -> None:
         axes.axvline(preset, color=GREY, lw=1, ls=":", label="preset")
         _mark(axes, [s.value for s in samples if s.metrics.fell], "x", RED, 0.05)
         improper = [s.value for s in samples if not s.metrics.fell and not s.metrics.walks]
-        _mark(axes, improper, "^", ORANGE, 0.12)
+        _mark(axes, improper, "^", GOLD, 0.12)
         axes.set_title(label, loc="left", fontsize=10)
         axes.set_xlabel(f"{name} [{unit}]" if unit else name)
         axes.set_ylim(0.0, 1.12 * axes.get_ylim()[1])
