@@ -160,9 +160,9 @@ class GaitStatus(NamedTuple):
         stamp: Stamp [ns] of the sensor frame.
         state: Mode of the gait.
         support: Support leg: `left`, `right` or `double`.
-        com_expected_in_q: CoM [m] that the walk expected to be measured.
+        com_expected_in_q: CoM [m] that the walk expected to be measured; z is `com_height`.
         com_measured_in_q: Measured CoM [m].
-        com_estimated_in_q: CoM [m] after the correction by the measurement.
+        com_estimated_in_q: CoM [m] after the correction by the measurement; z is `com_height`.
         pendulum_origin_in_q: Origin of the pendulum, or ZMP [m].
         step_size: Pose of the next Q in Q.
         step_count: Number of support changes since the walk began.

@@ -59,9 +59,14 @@ def check_faults(options: Options) -> None:
     "faults", "Faults in the middle of a walk",
     "every class of faults of sensors, messages and processes, in a walk or in a match",
     options={
-        "scope": Option("gait", "what fails", "SCOPE", choices=tuple(SCOPES)),
+        "scope": Option(
+            "gait", "what fails: sensors, messages and processes of a walk (gait), cameras, "
+            "percepts, mate and referee of a player (soccer), ROS 2 nodes of a robot (robot)",
+            "SCOPE", choices=tuple(SCOPES),
+        ),
         "runs": Option(
-            0, "runs in all, shared among the classes; 0 = the usual number of the scope", "N",
+            0, "runs in all, shared among the classes; 0 = the usual number of the scope: "
+            + ", ".join(f"{each.usual} of {name}" for name, each in SCOPES.items()), "N",
             minimum=0, maximum=10_000_000,
         ),
         "faults": Option((), "only this class, e.g. imu_outage", "NAME", ("--fault",)),
