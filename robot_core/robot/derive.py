@@ -1,8 +1,8 @@
 """What a robot file leaves out, as its URDF has it: legs, head and arms, soles, motors, a stand.
 
 A leg is a chain of six joints that ends in a foot; hip, knee and ankle are told apart by their
-axes in the zero pose, in which the robot looks along x and its soles are level. The soles are the
-lowest part of the collision shapes of the feet.
+axes in the zero pose, in which the robot looks along x. The soles are the lowest part of the
+collision shapes of the feet, if these are level there.
 """
 
 import itertools
@@ -421,18 +421,22 @@ def _stand(
 
     model = tree.model
     data, q = model.createData(), pin.neutral(model)
-    sole = next(name for name in frames["left_sole"] if model.existFrame(name))
-    frame = model.getFrameId(sole, pin.FrameType.BODY)
+    soles = [
+        next(name for name in frames[key] if model.existFrame(name))
+        for key in ("left_sole", "right_sole")
+    ]
+    tilts = [_tilt(tree.placement(sole).rotation) for sole in soles]
+    frame = model.getFrameId(soles[0], pin.FrameType.BODY)
     ahead = 0.0
     pose: dict[str, float] = {}
     for name, angle in arms.items():
         q[model.joints[model.getJointId(name)].idx_q] = angle
     for _ in range(30):
         # Hip pitch moves the foot under the CoM; the ankle keeps the sole level.
-        for leg in legs:
+        for leg, tilt in zip(legs, tilts, strict=True):
             bend = {
                 "hip_pitch": ahead - KNEE / 2.0, "knee_pitch": KNEE,
-                "ankle_pitch": -ahead - KNEE / 2.0,
+                "ankle_pitch": -ahead - KNEE / 2.0 - tilt,
             }  # fmt: skip
             for role, angle in bend.items():
                 sign = math.copysign(1.0, tree.joints[leg[role]].axis[1])
@@ -450,6 +454,12 @@ def _stand(
     else:
         raise NaoGaitError(f"stand of {path}", f"CoM {off:.3f} m off the soles", "a stand_pose")
     return pose
+
+
+def _tilt(sole: FloatArray) -> float:
+    """[rad] Pitch of a sole in the zero pose; 0 if it is a rounding of the description."""
+    pitch = math.atan2(-sole[2, 0], sole[0, 0])
+    return pitch if abs(pitch) > 1e-3 else 0.0
 
 
 def relative_size(values: Mapping[str, Any], element: ET.Element, path: Path) -> float:

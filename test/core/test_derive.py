@@ -83,6 +83,37 @@ def test_groups_do_not_need_names(tmp_path: Path) -> None:
         assert sorted(order[joint] for joint in joints) == sorted(found[group])
 
 
+def bent_at_zero(root: ET.Element) -> None:
+    """Pitch both feet of a T1 by 0.25 rad at the zero of their ankles."""
+    for joint in root.findall("joint"):
+        if joint.get("name") in ("Left_Ankle_Pitch", "Right_Ankle_Pitch"):
+            origin = joint.find("origin")
+            assert origin is not None
+            origin.set("rpy", "0 0.25 0")
+
+
+def test_a_stand_is_level_where_the_zero_pose_is_not(tmp_path: Path) -> None:
+    (tmp_path / "mine.urdf").write_text(unnamed("booster_t1", bent_at_zero))
+    left, right = (new_name("booster_t1", sole) for sole in ("l_sole", "r_sole"))
+    outline = [list(point) for point in load_robot("booster_t1").sole_outline]
+    (tmp_path / "mine.yaml").write_text(
+        f"frames: {{left_sole: [{left}], right_sole: [{right}]}}\nsole_outline: {outline}\n"
+    )
+    assert_stands(load_robot(tmp_path / "mine.urdf"))
+
+
+def test_a_robot_that_shares_common_joint_names_is_taken_by_itself(tmp_path: Path) -> None:
+    text = find("urdf", "bruno").read_text().replace('name="bruno"', 'name="somebody"')
+    for old, new in (("HeadYaw", "HeadPan"), ("HeadPitch", "HeadTilt"), ("KneePitch", "Knee"),
+                     ("ElbowPitch", "Elbow"), ("WaistPitch", "Waist")):  # fmt: skip
+        text = text.replace(old, new)
+    path = tmp_path / "somebody.urdf"
+    path.write_text(text)
+    robot = load_robot(path)
+    assert robot.head == ("HeadPan", "HeadTilt")
+    assert_stands(robot)
+
+
 def fixed(name: str) -> object:
     def edit(root: ET.Element) -> None:
         joint = next(each for each in root.findall("joint") if each.get("name") == name)
