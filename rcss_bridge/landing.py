@@ -1,8 +1,8 @@
 """Free fall and landing: the server drops robots from 1 m, with their joints at zero.
 
-Whoever feels no force and has straight legs has been dropped: in a walk or a fall the knees are
-bent. The legs then go to a pose that gives way, and the walk begins anew once the robot has come to
-rest.
+Whoever has straight legs, and feels no force or had them bent a cycle ago, has been dropped: in a
+walk or a fall the knees are bent, and no motor straightens them in one cycle. The legs then go to a
+pose that gives way, and the walk begins anew once the robot has come to rest.
 """
 
 import math
@@ -17,6 +17,8 @@ FREE = 0.3
 """Share of gravity below which nothing carries the robot."""
 STRAIGHT = 0.2
 """[rad] up to which the joints of the legs count as at zero."""
+JUMP = 0.3
+"""[rad] by which no joint turns in a cycle."""
 CALM_FORCE, CALM_RATE = 2.0, 0.3
 """Largest difference of the specific force from gravity [m/s^2] and rate [rad/s] of a robot at
 rest."""
@@ -53,6 +55,7 @@ class Landing:
         self.active = False
         self.count = 0
         self._calm = self._since = 0.0
+        self._before = np.zeros(len(self._legs))
 
     def drop(self) -> None:
         """The robot is going to be dropped."""
@@ -66,7 +69,10 @@ class Landing:
         force = float(np.linalg.norm(frame.linear_acceleration))
         rate = float(np.max(np.abs(frame.angular_velocity)))
         free = force < FREE * GRAVITY
-        if free and float(np.max(np.abs(frame.joint_position[self._legs]))) < STRAIGHT:
+        legs = frame.joint_position[self._legs]
+        jumped = float(np.max(np.abs(legs - self._before))) > JUMP
+        self._before = legs
+        if (free or jumped) and float(np.max(np.abs(legs))) < STRAIGHT:
             self.drop()
         if not self.active:
             return None

@@ -15,10 +15,22 @@ from robot_core.types import DOWN, Pose2, VelocityCommand
 DELAY = 0.03
 """[s] from a percept to the effect of its answer, which acts a cycle later. With 0.02 to 0.04 a K1
 walks the same, with 0.05 it falls."""
-SERVER: dict[str, Any] = {"gyro_pitch_gain": 0.0, "tilt_pitch_gain": 0.3, "swing_lift": 0.017}
+SERVER: dict[str, Any] = {
+    "gyro_pitch_gain": 0.0, "gyro_roll_gain": 0.0, "tilt_pitch_gain": 0.3, "swing_lift": 0.015,
+    "yaw_gyro": True,
+}  # fmt: skip
 """Parameters of the gait in cycles of 20 ms, whose answers act a cycle later, on a floor that is
-flat and hard: with the gains for 10 ms a K1 pitches by 0.1 rad at 40 cm/s and falls; with a lift of
-21 mm of a NAO it falls in fast turns, with 14 mm at full speed ahead."""
+flat and hard: with the gyro gains for 10 ms a K1 swings in pitch at 40 cm/s and falls, and in roll
+in walks to the side, whose steps then last 0.16 to 0.6 s. With a lift of 21 mm of a NAO it falls in
+fast turns."""
+OWN: dict[str, dict[str, Any]] = {
+    "booster_k1": {
+        "foot_spacing": 0.1168, "pendulum_offset_y": 0.0487, "pendulum_width": 0.0385,
+        "step_turn_max": 1.4, "step_side_share": 0.65,
+    },
+}  # fmt: skip
+"""Parameters of one robot: the stance of T1's preset, in which a K1 slips less in turns; a leading
+foot that takes 0.8 of a side step brings it to a halt above that foot, and it falls."""
 BEAM_MODES = ("BeforeKickOff", "Goal_Left", "Goal_Right")
 """Play modes in which the server takes `beam`."""
 
@@ -52,7 +64,8 @@ class Agent:
         exact: bool = False,
     ) -> None:
         robot = load_robot(server_robot.robot)
-        self.gait = Gait(robot, preset, CYCLE, feedback_delay=DELAY, get_up=True, **SERVER)
+        settings = SERVER | OWN.get(server_robot.robot, {})
+        self.gait = Gait(robot, preset, CYCLE, feedback_delay=DELAY, get_up=True, **settings)
         self.landing = Landing(robot)
         self.percepts: Percepts | None = None
         self.falls = 0

@@ -2,9 +2,11 @@
 
 import math
 import select
+import shlex
+import subprocess
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -13,19 +15,22 @@ import numpy as np
 from gait_lab.rcss.agent import Agent
 from gait_lab.rcss.field import FIELD
 from gait_lab.rcss.game import HALF
-from gait_lab.rcss.server import Server
+from gait_lab.rcss.server import DROP_HEIGHT, Server
 from nao_soccer.game_state import Role
 from rcss_bridge.body import CYCLE
 from rcss_bridge.client import TIMEOUT, Client
 from rcss_bridge.codec import Percepts
 from rcss_bridge.joints import ServerRobot
+from robot_core.errors import NaoGaitError
 from robot_core.types import STANDSTILL, Point2, Pose2
 
 TEAMS = "left_team", "right_team"
 STANDS_WITHIN = 15.0
 """[s] after which a kick-off does not wait for a player any longer."""
-DROP_HEIGHT = 1.0
-"""[m] of the torso of a robot that is put somewhere."""
+LEAGUE_SIZE, FIFA_HALF = 7, 2700.0
+"""Largest team by the league's rules; more play by FIFA's, whose halves last so long [s]."""
+COMES_WITHIN = 120.0
+"""[s] after which a kick-off does not wait for another team any longer."""
 
 
 class Member(NamedTuple):
@@ -130,26 +135,79 @@ class Squad(AbstractContextManager["Squad"]):
             member.client.close()
 
 
+class Guests(AbstractContextManager["Guests"]):
+    """Another team's players, a process each, started by its own command.
+
+    Args:
+        command: Starts a player; `{port}` and `{number}` stand for where and which.
+        port: The server's.
+        count: Number of players.
+    """
+
+    def __init__(self, command: str, port: int, count: int) -> None:
+        self._processes: list[subprocess.Popen[bytes]] = []
+        for number in range(1, count + 1):
+            words = shlex.split(command.format(port=port, number=number))
+            try:
+                process = subprocess.Popen(
+                    words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+                )
+            except (OSError, IndexError) as error:
+                self.__exit__()
+                raise NaoGaitError("against", command, "a command that runs") from error
+            self._processes.append(process)
+
+    def __exit__(self, *_: object) -> None:
+        for process in self._processes:
+            process.kill()
+        for process in self._processes:
+            process.wait()
+
+
 def play(
-    robot: ServerRobot, players: tuple[int, int], seconds: float, *, exact: bool
+    robot: ServerRobot,
+    players: tuple[int, int],
+    seconds: float,
+    *,
+    exact: bool,
+    against: str = "",
+    half: int = 0,
 ) -> Account:
-    """Play the last `seconds` [s] of the first half, to its end; the left team kicks off.
+    """Play the last `seconds` [s] of a half, to its end; the left team kicks off.
+
+    Args:
+        robot: What our players are.
+        players: Number of players of the left and the right team.
+        seconds: Length of the game.
+        exact: We play with percepts without errors, misses and delay.
+        against: Command of the right team's players, see `Guests`; empty = it is ours too.
+        half: 0 or 1.
 
     Raises:
         ServerGoneError: The server has ended.
+        NaoGaitError: The command does not run, or its players do not come.
     """
     account = Account()
-    numbers = [range(1, count + 1) for count in players]
+    rules, whole_half = ("fifa", FIFA_HALF) if max(players) > LEAGUE_SIZE else ("ssim", HALF)
+    begin = (half + 1) * whole_half - seconds
+    numbers = [range(1, count + 1) for count in (players[:1] if against else players)]
     with (
-        Server("--phase", "0", "--time", f"{HALF - seconds:g}") as server,
+        Server("--rules", rules, "--phase", str(half), "--time", f"{begin:g}") as server,
         Squad(server, robot, numbers, exact=exact) as squad,
+        ExitStack() as stack,
     ):
-        for _ in range(round(STANDS_WITHIN / CYCLE)):
+        while not squad.members[0].client.heard:  # who comes first gets the left side
             squad.cycle()
-            if squad.complete and all(
+        if against:
+            stack.enter_context(Guests(against, server.port, players[1]))
+        for _ in range(round((COMES_WITHIN if against else STANDS_WITHIN) / CYCLE)):
+            squad.cycle()
+            if server.joined == sum(players) and squad.complete and all(
                 each.agent.landing.count > 1 and each.agent.stands for each in squad.members
             ):
                 break
+        if server.joined < sum(players):
+            raise NaoGaitError("against", against, f"a command whose players come: {server.port}")
         squad.cpu.clear()
         beams = sum(each.agent.landing.count for each in squad.members)
         began, whole, ones = time.monotonic(), 0, 0
@@ -167,7 +225,7 @@ def play(
                     roles = [_role(each) for each in squad.members if each.team == team]
                     whole += 1
                     ones += roles.count(Role.STRIKER) == 1
-            account.seconds = seconds - (HALF - game.time)
+            account.seconds = game.time - begin
             account.score = game.score
         account.wall = time.monotonic() - began
         account.falls = sum(each.agent.falls for each in squad.members)
@@ -212,11 +270,8 @@ def alone(squad: Squad, server: Server, start: Start, limit: float) -> tuple[flo
     squad.renew()
     (member,) = squad.members
     x, y, yaw = start.robot
-    server.order(
-        f"(ball (pos {start.ball[0]:.3f} {start.ball[1]:.3f} 0.11) (vel 0 0 0))",
-        f"(agent (unum {member.number}) (team {member.team}) "
-        f"(move {x:.3f} {y:.3f} {DROP_HEIGHT} {math.degrees(yaw):.1f}))",
-    )
+    server.order(f"(ball (pos {start.ball[0]:.3f} {start.ball[1]:.3f} 0.11) (vel 0 0 0))")
+    server.place(member.team, member.number, (x, y, DROP_HEIGHT, 0.0, 0.0, yaw))
     before = None
     for count in range(round(limit / CYCLE)):
         squad.cycle()

@@ -12,6 +12,8 @@ from pathlib import Path
 from gait_lab.rcss.field import FIELD
 from rcss_bridge.codec import framed
 from robot_core.errors import NaoGaitError
+from robot_core.geometry import quaternion_from_rpy
+from robot_core.types import Pose6
 
 VERSION = "0.2.1"
 """Of rcsssmj."""
@@ -19,6 +21,9 @@ STARTS_WITHIN = 120.0
 """[s] for which the server may take to listen."""
 ENDS_WITHIN = 5.0
 """[s] after which a server that was asked to end is killed."""
+
+DROP_HEIGHT = 1.0
+"""[m] of the torso of a robot that is dropped; the referee does so too."""
 
 
 def environment() -> Path:
@@ -101,6 +106,23 @@ class Server:
         with socket.create_connection(("127.0.0.1", self._monitor), 10.0) as connection:
             for command in commands:
                 connection.sendall(framed(command.encode()))
+
+    def place(self, team: str, number: int, pose: Pose6) -> None:
+        """Put a player's torso somewhere, its joints at zero.
+
+        Args:
+            team: Its team.
+            number: Its number.
+            pose: x, y, z [m], roll, pitch, yaw [rad] on the field.
+        """
+        x, y, z, w = quaternion_from_rpy(*pose[3:])
+        numbers = " ".join(f"{each:.4f}" for each in (*pose[:3], w, x, y, z))
+        self.order(f"(agent (unum {number}) (team {team}) (move3d {numbers}))")
+
+    @property
+    def joined(self) -> int:
+        """How many players it has taken."""
+        return self._log.read_text(errors="replace").count("joined the game")
 
     @property
     def last_words(self) -> str:

@@ -1,6 +1,7 @@
-"""A walk on the server, judged by the true pose that it tells."""
+"""Walks, drops and get-ups on the server, judged by the true pose that it tells."""
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,14 +11,41 @@ from rcss_bridge.body import CYCLE
 from rcss_bridge.client import Client
 from rcss_bridge.codec import torso_truth
 from robot_core.errors import NaoGaitError
-from robot_core.types import STANDSTILL, FloatArray, Pose2
+from robot_core.types import STAND, STANDSTILL, FloatArray, Pose2, VelocityCommand
 from sim_bridge.trials.tasks import AXES, Task
 
 START: Pose2 = (-12.0, 0.0, 0.0)
 """Where walks begin: nothing is within 14 m."""
 LANDS_WITHIN = 8.0
 """[s] after a beam; a robot that does not stand then has fallen."""
+STANDS_AFTER = 0.5
+"""[s] for which a robot has to stand before it counts as up."""
+GIVEN_UP_AFTER = 40.0
+"""[s] after which a robot that lies is not waited for."""
+NO_ANSWER = b"(syn)"
+"""What a player says who has nothing to say in a cycle."""
 _AXIS = {"x": 0, "y": 1, "yaw": 2}
+
+
+class LateClient(Client):
+    """A player some of whose answers come a cycle late.
+
+    The server then has no answer in that cycle, and the late one is replaced by the next.
+
+    Args:
+        late: Share of the answers that are late.
+    """
+
+    def __init__(
+        self, host: str, port: int, robot: str, team: str, number: int, *, late: float = 0.0
+    ) -> None:
+        super().__init__(host, port, robot, team, number)
+        self._late = late
+        self._random = np.random.default_rng(0)
+
+    def send(self, message: bytes) -> None:
+        """Answer a message, or be late."""
+        super().send(NO_ANSWER if self._random.uniform() < self._late else message)
 
 
 class ServerWalk(NamedTuple):
@@ -70,6 +98,64 @@ def walk(client: Client, agent: Agent, task: Task, wait: float) -> ServerWalk:
             places.append((x, y))
             yaws.append(math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
     return ServerWalk(True, False, _mean_velocity(np.array(places), np.unwrap(yaws)))
+
+
+def wander(
+    client: Client, agent: Agent, command_at: Callable[[float], VelocityCommand], seconds: float
+) -> int:
+    """Walk commands that change, for some time [s]; how often it fell.
+
+    Raises:
+        ServerGoneError: The server has ended.
+    """
+    falls = agent.falls
+    for count in range(round(seconds / CYCLE)):
+        client.send(agent.cycle(client.receive(), command_at(count * CYCLE)))
+    return agent.falls - falls
+
+
+def lands(client: Client, agent: Agent, place: Callable[[], None]) -> bool:
+    """Be dropped by `place` without warning; whether it notices, lands and stands.
+
+    Raises:
+        ServerGoneError: The server has ended.
+    """
+    falls, drops = agent.falls, agent.landing.count
+    place()
+    up = _stands(client, agent, LANDS_WITHIN, lambda: agent.landing.count > drops)
+    return not math.isnan(up) and agent.falls == falls
+
+
+def gets_up(client: Client, agent: Agent, place: Callable[[], None]) -> float:
+    """Be laid down by `place`; the time [s] from the ground until it stands, NaN if it never does.
+
+    Raises:
+        ServerGoneError: The server has ended.
+    """
+    place()
+    lies = False
+
+    def has_lain() -> bool:
+        nonlocal lies
+        lies = lies or not agent.stands
+        return lies
+
+    return _stands(client, agent, GIVEN_UP_AFTER, has_lain)
+
+
+def _stands(client: Client, agent: Agent, limit: float, begun: Callable[[], bool]) -> float:
+    """Stand still until it has stood for `STANDS_AFTER`; the time [s] since `begun`, or NaN."""
+    time = stood = 0.0
+    for _ in range(round(limit / CYCLE)):
+        client.send(agent.cycle(client.receive(), STANDSTILL))
+        if not begun():
+            continue
+        time += CYCLE
+        up = agent.stands and agent.gait.state is STAND
+        stood = stood + CYCLE if up else 0.0
+        if stood >= STANDS_AFTER:
+            return time - STANDS_AFTER
+    return math.nan
 
 
 def _mean_velocity(places: FloatArray, yaws: FloatArray) -> tuple[float, float, float]:

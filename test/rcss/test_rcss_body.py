@@ -107,6 +107,14 @@ def test_a_drop_is_answered_in_the_first_cycle_and_the_walk_goes_on_after_rest(r
     assert landing.count == 1
 
 
+def test_a_drop_out_of_a_walk_is_noticed_before_the_fall_is_felt(robot):
+    """The commands of the walk act for a cycle: the bent legs kick, and the torso feels a force."""
+    landing, dropped = Landing(robot), np.full(len(robot.joint_names), 0.1)
+    assert all(each is None for each in answers(landing, frames(robot, 9.8, robot.stand_pose, 1.0)))
+    assert None not in answers(landing, frames(robot, 6.0, dropped, 0.1))
+    assert landing.count == 1
+
+
 def test_who_does_not_come_to_rest_is_the_walks_again(robot):
     landing = Landing(robot)
     answers(landing, frames(robot, 0.1, np.zeros(len(robot.joint_names)), 0.2))

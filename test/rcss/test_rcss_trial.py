@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from gait_lab.rcss.trial import ServerWalk, _mean_velocity
-from sim_bridge.trials.tasks import find_task
+from gait_lab.bench.suites.rcss import _scaled
+from gait_lab.rcss.trial import NO_ANSWER, LateClient, ServerWalk, _mean_velocity
+from rcss_server import FakeServer
+from sim_bridge.trials.tasks import RandomCommands, find_task
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.7, -1.9])
@@ -27,3 +29,29 @@ def test_speeds_are_positive_along_the_command_in_the_units_of_the_tables():
     assert walked.speed(find_task("forward=40")) == pytest.approx(-30.0)
     assert walked.speed(find_task("side=20")) == pytest.approx(20.0)
     assert walked.speed(find_task("turn=90")) == pytest.approx(50.0)
+
+
+def test_random_commands_are_scaled_to_the_speeds_of_the_tasks():
+    faster = _scaled(RandomCommands([3]), ["forward=94", "back=20", "turn=126"])
+    usual = RandomCommands([3])
+    ways = set()
+    for time in np.arange(0.0, 60.0, 0.5).tolist():
+        command, before = faster(time), usual.at(time)
+        share = 2.0 if before.x > 0.0 else 0.5
+        assert command == pytest.approx((share * before.x, before.y, before.yaw))
+        ways.add(math.copysign(1.0, before.x))
+    assert ways == {-1.0, 1.0}
+
+
+def test_a_share_of_the_answers_is_late():
+    messages = [b"(time (now 1.0))"] * 400
+    with (
+        FakeServer(messages) as server,
+        LateClient("127.0.0.1", server.port, "K1", "ours", 2, late=0.2) as client,
+    ):
+        client.connect()
+        for _ in messages:
+            client.receive()
+            client.send(b"(he1 0 0 0 0 0)" + NO_ANSWER)
+    late = sum(each == [["syn"]] for each in server.answers[0])
+    assert 50 < late < 110

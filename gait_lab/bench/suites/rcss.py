@@ -2,15 +2,22 @@
 
 import math
 import statistics
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
-from gait_lab.rcss.server import VERSION, Server
+from gait_lab.rcss.server import DROP_HEIGHT, VERSION, Server
 from rcss_bridge.joints import ROBOTS
 from robot_core.errors import NaoGaitError
-from sim_bridge.trials.tasks import AXES, find_task
+from robot_core.types import VelocityCommand
+from sim_bridge.trials.tasks import AXES, TASKS, RandomCommands, Task, find_task
+
+if TYPE_CHECKING:
+    from gait_lab.rcss.trial import ServerWalk
 
 PLANT = f"rcsssmj {VERSION}"
 SETTLED = 2.0
@@ -18,8 +25,17 @@ SETTLED = 2.0
 LATER = 0.06
 """[s] by which each start waits longer than the one before: the server has no noise."""
 TEAM = "nao_lipm_gait"
+NUMBER = 2
 ROBOT_OF = {each.robot: each for each in ROBOTS.values()}
 """The server's robots by their shipped names."""
+
+
+LIES_AT = 0.2
+"""[m] of the torso of a robot that is laid down."""
+GETS_UP_WITHIN = 8.0
+"""[s] for a get-up."""
+WANDERS = 4.0
+"""[s] of random commands before a drop."""
 
 
 @suite(
@@ -27,52 +43,122 @@ ROBOT_OF = {each.robot: each for each in ROBOTS.values()}
     options={
         "tasks": ("forward=50", "back=40", "side=30", "turn=90"),
         "window": ...,
-        "starts": Option(3, "starts of each task", "N", minimum=1, maximum=1000),
+        "starts": Option(3, "starts of each task", "N", minimum=0, maximum=1000),
+        "drops": Option(0, "drops without warning, on the way", "N", minimum=0, maximum=1000),
+        "getups": Option(0, "get-ups from either side", "N", minimum=0, maximum=1000),
+        "minutes": Option(0.0, "minutes of random commands", "M", minimum=0.0, maximum=600.0),
+        "late": Option(0.0, "share of the answers that come a cycle late", "SHARE", minimum=0.0,
+                       maximum=0.9),
         "urdf": "booster_k1",
     },
     quick=(),  # not in `all`: it installs the server
     check=lambda options: _check(options),
 )  # fmt: skip
 def rcss(options: Options) -> Iterator[Row | str]:
-    """Every task from every start, one robot alone on the field."""
+    """One robot alone on the field: every task from every start, drops, get-ups, random commands.
+
+    The largest random commands are the speeds of the tasks.
+    """
     from gait_lab.rcss.agent import Agent
-    from gait_lab.rcss.trial import walk
-    from rcss_bridge.client import Client
+    from gait_lab.rcss.trial import START, LateClient, gets_up, lands, walk, wander
 
     robot = ROBOT_OF[options.urdf]
-    falls = drops = 0
-    with Server() as server, Client("127.0.0.1", server.port, robot.name, TEAM, 2) as client:
+    random = np.random.default_rng(options.seed)
+
+    def commands() -> Callable[[float], VelocityCommand]:
+        return _scaled(RandomCommands([int(random.integers(1 << 32))]), options.tasks)
+
+    def place(height: float, pitch: float) -> None:
+        pose = (*START[:2], height, 0.0, pitch, random.uniform(-math.pi, math.pi))
+        server.place(TEAM, NUMBER, pose)
+
+    with (
+        Server() as server,
+        LateClient(
+            "127.0.0.1", server.port, robot.name, TEAM, NUMBER, late=options.late
+        ) as client,
+    ):
         client.connect_within(10.0)
-        for name in options.tasks:
-            task = find_task(name).lasting(options.window)
-            walks = [
-                walk(client, Agent(robot, TEAM), task, SETTLED + LATER * start)
-                for start in range(options.starts)
-            ]
-            falls += sum(each.fell for each in walks)
-            drops += len(walks)
-            if task.axis is None:
-                continue
-            unit, factor = AXES[task.axis]
-            speeds = [each.speed(task) for each in walks if not each.fell]
-            whole = len(speeds) == len(walks)
-            label = name.partition("=")[0]
-            yield Row("rcss", label, unit, min(speeds) if whole else math.nan, plant=PLANT)
-            for row in rows_of(
-                label,
-                ("asked", unit, factor * abs(task.asked)),
-                ("median", unit, statistics.median(speeds) if whole else math.nan),
-                ("upright", "starts", float(len(speeds))),
-            ):
-                yield row._replace(plant=PLANT)
-    yield Row("rcss", "falls", "falls", float(falls), plant=PLANT)
-    yield Row("rcss", "drops", "drops", float(drops), plant=PLANT)
+        if options.starts:
+            for name in options.tasks:
+                task = find_task(name).lasting(options.window)
+                walks = [
+                    walk(client, Agent(robot, TEAM), task, SETTLED + LATER * start)
+                    for start in range(options.starts)
+                ]
+                yield from _walk_rows(name, task, walks)
+        agent = Agent(robot, TEAM)
+        if options.drops:
+            landed = 0
+            for _ in range(options.drops):
+                landed += lands(client, agent, lambda: place(DROP_HEIGHT, 0.0))
+                wander(client, agent, commands(), WANDERS)
+            yield from _rows("drop", ("tried", "drops", options.drops), ("landed", "drops", landed))
+        for side, pitch in (("front", math.pi / 2.0), ("back", -math.pi / 2.0)):
+            if options.getups:
+                times = [
+                    gets_up(client, agent, lambda: place(LIES_AT, pitch))  # noqa: B023
+                    for _ in range(options.getups)
+                ]
+                yield from _rows(
+                    f"getup_{side}",
+                    ("tried", "get-ups", len(times)),
+                    ("within", "get-ups", sum(each <= GETS_UP_WITHIN for each in times)),
+                    ("up", "get-ups", sum(each == each for each in times)),
+                    ("median", "s", statistics.median(times)),
+                )
+        if options.minutes:
+            agent = Agent(robot, TEAM)
+            place(DROP_HEIGHT, 0.0)
+            fell = wander(client, agent, commands(), 60.0 * options.minutes)
+            yield from _rows(
+                "random", ("minutes", "min", options.minutes), ("falls", "falls", fell)
+            )
     yield (
-        f"{robot.name} on the field of rcsssmj {VERSION}. Each walk begins with a new gait and a "
-        f"drop from 1 m; each start waits {LATER:g} s longer than the one before. Speeds over "
-        f"{options.window:g} s by the server's truth; rcss: the slowest start. A task counts "
-        "only if no start fell."
+        f"{robot.name} on the field of rcsssmj {VERSION}"
+        + (f", {100.0 * options.late:g} % of the answers a cycle late" if options.late else "")
+        + f". Each walk begins with a new gait and a drop from 1 m; each start waits {LATER:g} s "
+        f"longer than the one before. Speeds over {options.window:g} s by the server's truth; "
+        "worst: the slowest start; a task counts only if no start fell. drop: between random "
+        f"commands, without warning. getup: within {GETS_UP_WITHIN:g} s of lying."
     )
+
+
+def _walk_rows(name: str, task: Task, walks: Sequence["ServerWalk"]) -> Iterator[Row]:
+    label = name.partition("=")[0]
+    falls = sum(each.fell for each in walks)
+    if task.axis is not None:
+        unit, factor = AXES[task.axis]
+        speeds = [math.nan if each.fell else each.speed(task) for each in walks]
+        yield from _rows(
+            label,
+            ("asked", unit, factor * abs(task.asked)),
+            ("median", unit, statistics.median(speeds) if not falls else math.nan),
+            ("worst", unit, min(speeds) if not falls else math.nan),
+        )
+    yield from _rows(label, ("starts", "starts", len(walks)), ("falls", "falls", falls))
+
+
+def _rows(subject: str, *cells: tuple[str, str, float]) -> Iterator[Row]:
+    for row in rows_of(subject, *cells):
+        yield row._replace(plant=PLANT)
+
+
+def _scaled(
+    random: RandomCommands, tasks: Sequence[str]
+) -> Callable[[float], VelocityCommand]:
+    """Random commands whose full speeds are those of the tasks."""
+    asked = {each.name: each.asked for each in map(find_task, tasks) if each.axis}
+    share = {name: speed / TASKS[name].asked for name, speed in asked.items()}
+
+    def at(time: float) -> VelocityCommand:
+        x, y, yaw = random.at(time)
+        ahead = share.get("forward" if x > 0.0 else "back", 1.0)
+        return VelocityCommand(
+            ahead * x, share.get("side", 1.0) * y, share.get("turn", 1.0) * yaw
+        )
+
+    return at
 
 
 def check_robot(options: Options) -> None:

@@ -19,8 +19,11 @@ LIMIT = 90.0
         "alone": Option(0, "starts of a robot alone at an empty goal", "N", minimum=0,
                         maximum=1000),
         "players": Option(2, "players of each team of a match; 0 = no match", "N", minimum=0,
-                          maximum=7),
-        "length": Option(300.0, "length of the match [s]", "S", minimum=10.0, maximum=300.0),
+                          maximum=11),
+        "length": Option(300.0, "length of each half [s]", "S", minimum=10.0, maximum=300.0),
+        "halves": Option(1, "halves of the match", "N", minimum=1, maximum=2),
+        "against": Option("", "command that starts a player of another team, with {port} and "
+                          "{number}", "COMMAND"),
         "exact": Option(False, "percepts without errors, misses and delay"),
         "urdf": "booster_k1",
     },
@@ -49,24 +52,31 @@ def rcss_match(options: Options) -> Iterator[Row | str]:
             yield Row("rcss", "alone_median", "s", statistics.median(times), plant=PLANT)
     if options.players:
         size = options.players
-        result = play(robot, (size, size), options.length, exact=options.exact)
-        minutes = 2 * size * result.seconds / 60.0
-        cpu = statistics.median(result.cpu)
+        played = [
+            play(robot, (size, size), options.length, exact=options.exact,
+                 against=options.against, half=half)
+            for half in range(options.halves)
+        ]  # fmt: skip
+        seconds = sum(each.seconds for each in played)
+        minutes = (size if options.against else 2 * size) * seconds / 60.0
+        cpu = statistics.median(each for half in played for each in half.cpu)
         for row in rows_of(
             "rcss_match",
-            ("seconds", "s", result.seconds),
-            ("left", "goals", float(result.score[0])),
-            ("right", "goals", float(result.score[1])),
-            ("falls", "1/min", result.falls / minutes),
-            ("put_back", "1/min", result.put_back / minutes),
-            ("one_striker", "%", 100.0 * result.one_striker),
-            ("real_time", "", result.seconds / result.wall),
+            ("seconds", "s", seconds),
+            ("ended", "halves", float(sum(each.ended for each in played))),
+            ("left", "goals", float(sum(each.score[0] for each in played))),
+            ("right", "goals", float(sum(each.score[1] for each in played))),
+            ("falls", "1/min", sum(each.falls for each in played) / minutes),
+            ("put_back", "1/min", sum(each.put_back for each in played) / minutes),
+            ("one_striker", "%", 100.0 * statistics.fmean(each.one_striker for each in played)),
+            ("real_time", "", seconds / sum(each.wall for each in played)),
             ("cycle_p50", "ms", 1e3 * cpu),
         ):
             yield row._replace(plant=PLANT)
     yield (
         f"{robot.name}, percepts {'exact' if options.exact else 'by the model'}. alone: ball 3 to "
         "8 m from the goal, robot 1 to 3 m from the ball, in any direction and not told where; "
-        f"goal within {LIMIT:g} s. match: falls and put-backs for each robot and minute; all "
-        "players in one process, with a server that does not wait for real time."
+        f"goal within {LIMIT:g} s. match: left is ours; falls and put-backs for each of our "
+        "robots and minute; all of ours in one process, with a server that does not wait for real "
+        "time."
     )
