@@ -220,9 +220,16 @@ def supports_at(phases: tuple[SupportPhase, ...], stamps: IntArray) -> IntArray:
     return codes[np.searchsorted(begins, stamps, side="right")]
 
 
-def read_trace(path: Path) -> Trace | None:
-    """The trace of a bag, without poses of the soles; None if the bag has no motion data."""
-    walk = read_walk(path)
+def read_trace(path: str | Path) -> Trace | None:
+    """The trace of a bag, without poses of the soles; None if the bag has no motion data.
+
+    Args:
+        path: A rosbag2 folder, or an .mcap or .db3 file.
+
+    Raises:
+        NaoGaitError: The path is no bag.
+    """
+    walk = read_walk(Path(path))
     return make_trace(walk, find_phases(walk), None)
 
 
