@@ -65,7 +65,7 @@ lint: $(READY)  ## ruff and mypy
 
 docs: $(READY)  ## the documentation as a site in build/site
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
-	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet && echo build/site/index.html
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet && echo 'build/site/index.html; with search: python3 -m http.server -d build/site'
 
 urdf: $(READY)  ## write urdf/*.urdf again from the table of facts
 	@$(BIN)/nao_gait write urdf $(ARGS)

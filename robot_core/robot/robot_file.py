@@ -119,11 +119,6 @@ def read_robot_file(path: Path) -> dict[str, Any]:
     return values
 
 
-def load_robot_file(path: Path) -> RobotFile:
-    """A robot file that leaves nothing out; NaoGaitError as in `checked_robot_file`."""
-    return checked_robot_file(read_robot_file(path), path)
-
-
 def checked_robot_file(values: dict[str, Any], path: Path) -> RobotFile:
     """A whole robot file; NaoGaitError names the file, the key, its value and what is allowed."""
     where = f"robot file {path}: "

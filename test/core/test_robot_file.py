@@ -16,7 +16,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.motion.library import library_of
 from robot_core.resources import find
 from robot_core.robot import load_robot
-from robot_core.robot.robot_file import load_robot_file
+from robot_core.robot.robot_file import read_robot_file
 
 Settings = dict[str, Any]
 
@@ -162,4 +162,4 @@ def test_an_unknown_base_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("base: nao_h22\nname: mine\n")
     with pytest.raises(NaoGaitError, match=r"base: got 'nao_h22'; allowed: one of .*nao_h21"):
-        load_robot_file(path)
+        read_robot_file(path)

@@ -34,7 +34,7 @@ from robot_core.motion.library import library_of
 from robot_core.motion.motion_file import load_motions
 from robot_core.resources import share
 from robot_core.robot import load_robot
-from robot_core.robot.robot_file import load_robot_file
+from robot_core.robot.robot_file import checked_robot_file, read_robot_file
 from sim_bridge.plant import load_plant
 from sim_bridge.scene import load_scene, parse_scene
 
@@ -101,7 +101,7 @@ YAML_READERS: dict[str, Callable[[Path], object]] = {
     "motion": lambda path: load_motions(path, load_robot()),
     "colours": load_color_table,
     "kicks": lambda path: load_kicks(path),
-    "robot": load_robot_file,
+    "robot": lambda path: checked_robot_file(read_robot_file(path), path),
     "policy": lambda path: load_policy(path, load_robot()),
 }
 """A file of each kind that the tools and nodes read."""
