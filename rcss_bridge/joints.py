@@ -19,11 +19,13 @@ class ServerRobot(NamedTuple):
         name: By which the server knows it.
         robot: Shipped name of the same robot here.
         effectors: Effector of each joint.
+        drop_height: [m] of its torso when the referee drops it.
     """
 
     name: str
     robot: str
     effectors: dict[str, str]
+    drop_height: float
 
     def sensor(self, joint: str) -> str:
         """The server's name of a joint's sensor, without `q_`."""
@@ -45,13 +47,15 @@ def _effectors(first_of_arm: str, waist: bool) -> dict[str, str]:
     return names
 
 
-def _robot(name: str, robot: str, first_of_arm: str, waist: bool) -> ServerRobot:
-    return ServerRobot(name, robot, _effectors(first_of_arm, waist))
+def _robot(
+    name: str, robot: str, first_of_arm: str, drop_height: float, *, waist: bool
+) -> ServerRobot:
+    return ServerRobot(name, robot, _effectors(first_of_arm, waist), drop_height)
 
 
 ROBOTS = {
-    "K1": _robot("K1", "booster_k1", "A", waist=False),
-    "T1": _robot("T1", "booster_t1", "", waist=True),
+    "K1": _robot("K1", "booster_k1", "A", 1.0, waist=False),
+    "T1": _robot("T1", "booster_t1", "", 0.6735, waist=True),
 }
 
 

@@ -1,8 +1,9 @@
 """Free fall and landing: the server drops robots from 1 m, with their joints at zero.
 
-Whoever has straight legs, and feels no force or had them bent a cycle ago, has been dropped: in a
-walk or a fall the knees are bent, and no motor straightens them in one cycle. The legs then go to a
-pose that gives way, and the walk begins anew once the robot has come to rest.
+Whoever feels no force and has straight legs has been dropped: in a walk or a fall the knees are
+bent. So has whose legs have turned faster than any motor: straight at once, they are on their way
+back to the walk when the next message comes. The legs then go to a pose that gives way, and the
+walk begins anew once the robot has come to rest.
 """
 
 import math
@@ -11,14 +12,14 @@ import numpy as np
 
 from rcss_bridge.body import CYCLE
 from robot_core.robot import RobotDescription
-from robot_core.types import GRAVITY, JointTargets, SensorFrame
+from robot_core.types import GRAVITY, FloatArray, JointTargets, SensorFrame
 
 FREE = 0.3
 """Share of gravity below which nothing carries the robot."""
 STRAIGHT = 0.2
 """[rad] up to which the joints of the legs count as at zero."""
-JUMP = 0.3
-"""[rad] by which no joint turns in a cycle."""
+JUMP = 1.1
+"""Over the no-load speed of the fastest motor of the legs: no joint turns so fast."""
 CALM_FORCE, CALM_RATE = 2.0, 0.3
 """Largest difference of the specific force from gravity [m/s^2] and rate [rad/s] of a robot at
 rest."""
@@ -55,7 +56,13 @@ class Landing:
         self.active = False
         self.count = 0
         self._calm = self._since = 0.0
+        self._speed_max = JUMP * max(
+            robot.motors[name].no_load_speed
+            for leg in (robot.left_leg, robot.right_leg)
+            for name in leg.names
+        )
         self._before = np.zeros(len(self._legs))
+        self._stamp: int | None = None
 
     def drop(self) -> None:
         """The robot is going to be dropped."""
@@ -70,9 +77,9 @@ class Landing:
         rate = float(np.max(np.abs(frame.angular_velocity)))
         free = force < FREE * GRAVITY
         legs = frame.joint_position[self._legs]
-        jumped = float(np.max(np.abs(legs - self._before))) > JUMP
-        self._before = legs
-        if (free or jumped) and float(np.max(np.abs(legs))) < STRAIGHT:
+        if self._has_jumped(frame.stamp, legs) or (
+            free and float(np.max(np.abs(legs))) < STRAIGHT
+        ):
             self.drop()
         if not self.active:
             return None
@@ -83,3 +90,10 @@ class Landing:
             self.active = False
             return None
         return JointTargets(frame.stamp, self._pose, STIFFNESS)
+
+    def _has_jumped(self, stamp: int, legs: FloatArray) -> bool:
+        """Whether the joints of the legs have turned faster than any motor."""
+        turned = float(np.max(np.abs(legs - self._before)))
+        seconds = math.inf if self._stamp is None else 1e-9 * (stamp - self._stamp)
+        self._before, self._stamp = legs, stamp
+        return turned > self._speed_max * max(seconds, CYCLE)

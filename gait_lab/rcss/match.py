@@ -15,7 +15,7 @@ import numpy as np
 from gait_lab.rcss.agent import Agent
 from gait_lab.rcss.field import FIELD
 from gait_lab.rcss.game import HALF
-from gait_lab.rcss.server import DROP_HEIGHT, Server
+from gait_lab.rcss.server import Server
 from nao_soccer.game_state import Role
 from rcss_bridge.body import CYCLE
 from rcss_bridge.client import TIMEOUT, Client
@@ -73,12 +73,16 @@ class Squad(AbstractContextManager["Squad"]):
         robot: What all of them are.
         numbers: Numbers of the players of each team.
         exact: They play with percepts without errors, misses and delay.
+
+    Attributes:
+        robot: What all of them are.
+        members: The players.
     """
 
     def __init__(
         self, server: Server, robot: ServerRobot, numbers: Sequence[Sequence[int]], *, exact: bool
     ) -> None:
-        self._server, self._robot, self._exact = server, robot, exact
+        self._server, self.robot, self._exact = server, robot, exact
         self.members = [
             Member(team, number, Client("127.0.0.1", server.port, robot.name, team, number),
                    self._agent(team, number))
@@ -89,7 +93,7 @@ class Squad(AbstractContextManager["Squad"]):
         self.percepts: Percepts | None = None
 
     def _agent(self, team: str, number: int) -> Agent:
-        return Agent(self._robot, team, number=number, field=FIELD, exact=self._exact)
+        return Agent(self.robot, team, number=number, field=FIELD, exact=self._exact)
 
     @property
     def complete(self) -> bool:
@@ -271,7 +275,8 @@ def alone(squad: Squad, server: Server, start: Start, limit: float) -> tuple[flo
     (member,) = squad.members
     x, y, yaw = start.robot
     server.order(f"(ball (pos {start.ball[0]:.3f} {start.ball[1]:.3f} 0.11) (vel 0 0 0))")
-    server.place(member.team, member.number, (x, y, DROP_HEIGHT, 0.0, 0.0, yaw))
+    height = squad.robot.drop_height
+    server.place(member.team, member.number, (x, y, height, 0.0, 0.0, yaw))
     before = None
     for count in range(round(limit / CYCLE)):
         squad.cycle()

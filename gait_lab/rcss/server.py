@@ -22,8 +22,6 @@ STARTS_WITHIN = 120.0
 ENDS_WITHIN = 5.0
 """[s] after which a server that was asked to end is killed."""
 
-DROP_HEIGHT = 1.0
-"""[m] of the torso of a robot that is dropped; the referee does so too."""
 
 
 def environment() -> Path:

@@ -109,10 +109,22 @@ def test_a_drop_is_answered_in_the_first_cycle_and_the_walk_goes_on_after_rest(r
 
 def test_a_drop_out_of_a_walk_is_noticed_before_the_fall_is_felt(robot):
     """The commands of the walk act for a cycle: the bent legs kick, and the torso feels a force."""
-    landing, dropped = Landing(robot), np.full(len(robot.joint_names), 0.1)
-    assert all(each is None for each in answers(landing, frames(robot, 9.8, robot.stand_pose, 1.0)))
-    assert None not in answers(landing, frames(robot, 6.0, dropped, 0.1))
+    landing = Landing(robot)
+    walk = frames(robot, 9.8, robot.stand_pose, 1.0)
+    assert all(each is None for each in answers(landing, walk))
+    kick = frames(robot, 40.0, 0.3 * robot.stand_pose, 0.1)
+    later = [each._replace(stamp=walk[-1].stamp + 20_000_000 + each.stamp) for each in kick]
+    assert None not in answers(landing, later)
     assert landing.count == 1
+
+
+def test_a_leg_as_fast_as_its_motor_is_no_drop(robot):
+    landing, knee = Landing(robot), robot.index(robot.left_leg.knee_pitch)
+    pose, speed = np.array(robot.stand_pose), robot.motors[robot.left_leg.knee_pitch].no_load_speed
+    for cycle in (0, 1, 4):  # two messages are lost on the way
+        pose[knee] = robot.stand_pose[knee] - speed * cycle * CYCLE
+        frame = frames(robot, 9.8, pose.copy(), CYCLE)[0]
+        assert landing.update(frame._replace(stamp=cycle * 20_000_000)) is None
 
 
 def test_who_does_not_come_to_rest_is_the_walks_again(robot):

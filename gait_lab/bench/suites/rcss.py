@@ -10,7 +10,7 @@ import numpy as np
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
-from gait_lab.rcss.server import DROP_HEIGHT, VERSION, Server
+from gait_lab.rcss.server import VERSION, Server
 from rcss_bridge.joints import ROBOTS
 from robot_core.errors import NaoGaitError
 from robot_core.types import VelocityCommand
@@ -91,7 +91,7 @@ def rcss(options: Options) -> Iterator[Row | str]:
         if options.drops:
             landed = 0
             for _ in range(options.drops):
-                landed += lands(client, agent, lambda: place(DROP_HEIGHT, 0.0))
+                landed += lands(client, agent, lambda: place(robot.drop_height, 0.0))
                 wander(client, agent, commands(), WANDERS)
             yield from _rows("drop", ("tried", "drops", options.drops), ("landed", "drops", landed))
         for side, pitch in (("front", math.pi / 2.0), ("back", -math.pi / 2.0)):
@@ -109,7 +109,7 @@ def rcss(options: Options) -> Iterator[Row | str]:
                 )
         if options.minutes:
             agent = Agent(robot, TEAM)
-            place(DROP_HEIGHT, 0.0)
+            place(robot.drop_height, 0.0)
             fell = wander(client, agent, commands(), 60.0 * options.minutes)
             yield from _rows(
                 "random", ("minutes", "min", options.minutes), ("falls", "falls", fell)
@@ -117,7 +117,7 @@ def rcss(options: Options) -> Iterator[Row | str]:
     yield (
         f"{robot.name} on the field of rcsssmj {VERSION}"
         + (f", {100.0 * options.late:g} % of the answers a cycle late" if options.late else "")
-        + f". Each walk begins with a new gait and a drop from 1 m; each start waits {LATER:g} s "
+        + f". Each walk begins with a new gait and a drop; each start waits {LATER:g} s "
         f"longer than the one before. Speeds over {options.window:g} s by the server's truth; "
         "worst: the slowest start; a task counts only if no start fell. drop: between random "
         f"commands, without warning. getup: within {GETS_UP_WITHIN:g} s of lying."
