@@ -161,6 +161,11 @@ class Guests(AbstractContextManager["Guests"]):
                 raise NaoGaitError("against", command, "a command that runs") from error
             self._processes.append(process)
 
+    @property
+    def complete(self) -> bool:
+        """None of the processes has ended."""
+        return all(process.poll() is None for process in self._processes)
+
     def __exit__(self, *_: object) -> None:
         for process in self._processes:
             process.kill()
@@ -202,16 +207,18 @@ def play(
     ):
         while not squad.members[0].client.heard:  # who comes first gets the left side
             squad.cycle()
-        if against:
-            stack.enter_context(Guests(against, server.port, players[1]))
+        guests = Guests(against, server.port, players[1] if against else 0)
+        stack.enter_context(guests)
         for _ in range(round((COMES_WITHIN if against else STANDS_WITHIN) / CYCLE)):
+            if not guests.complete:
+                break
             squad.cycle()
             if server.joined == sum(players) and squad.complete and all(
                 each.agent.landing.count > 1 and each.agent.stands for each in squad.members
             ):
                 break
         if server.joined < sum(players):
-            raise NaoGaitError("against", against, f"a command whose players come: {server.port}")
+            raise NaoGaitError("against", against, "a command whose players join the game")
         squad.cpu.clear()
         beams = sum(each.agent.landing.count for each in squad.members)
         began, whole, ones = time.monotonic(), 0, 0
