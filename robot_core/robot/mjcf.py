@@ -22,8 +22,11 @@ SIZES = (
     "nuser_geom", "nuser_site", "nuser_cam", "nuser_tendon", "nuser_actuator", "nuser_sensor",
 )  # fmt: skip
 """What a model may ask memory for by a number."""
-MOST_FILES, LARGEST_MESH, MOST_FACES = 50, 32 * 1024 * 1024, 500_000
-"""Files of a model; [bytes] of one mesh; triangles of all its meshes, which take 1 kB each."""
+MOST_FILES, LARGEST_MESH, MOST_FACES = 50, 32 * 1024 * 1024, 400_000
+"""Files of a model; [bytes] of one mesh; triangles of all its meshes."""
+FACES, HULL = 150_000, 200
+"""Triangles that are read at once, at up to 1.5 kB each: a model with more is read mesh by
+mesh; vertices of the convex hull that is kept of each."""
 SPEED = 10.0
 """[rad/s] Speed limit of the joints: an MJCF has none. The `motors` of a robot file know better."""
 
@@ -84,15 +87,55 @@ def _reduce(spec: Any, path: Path) -> None:
     usual = mujoco.MjSpec()
     for name in SIZES:
         setattr(spec, name, getattr(usual, name))
-    faces = 0
-    for name in {mesh.file for mesh in spec.meshes if mesh.file}:
-        short = Path(name).name if spec.strippath else name
-        for file in {path.parent / spec.meshdir / short, path.parent / short}:
-            if os.path.exists(file):  # MuJoCo says which one does not
-                data = read_bytes(file, "mesh", LARGEST_MESH)
-                faces += data.count(b"f ") if file.suffix.lower() == ".obj" else len(data) // 50
-        if faces > MOST_FACES:
-            raise NaoGaitError(f"MJCF {path}", f"{faces} triangles", f"at most {MOST_FACES}")
+    total = 0
+    for mesh in spec.meshes:
+        mesh.maxhullvert = HULL
+        faces = _faces(spec, mesh, path.parent)
+        total += faces
+        if faces > FACES:
+            where = f"mesh {mesh.file} of {path}"
+            raise NaoGaitError(where, f"{faces} triangles", f"at most {FACES}")
+        if total > MOST_FACES:
+            raise NaoGaitError(f"MJCF {path}", f"{total} triangles", f"at most {MOST_FACES}")
+    if total > FACES:
+        for mesh in spec.meshes:
+            if mesh.file:
+                _keep_hull(spec, mesh)
+
+
+def _faces(spec: Any, mesh: Any, folder: Path) -> int:
+    """Triangles of a mesh, or a few more; NaoGaitError if its file is too large."""
+    name = Path(mesh.file).name if spec.strippath else mesh.file
+    most = 0
+    for file in {folder / spec.meshdir / name, folder / name}:
+        if mesh.file and os.path.exists(file):  # MuJoCo says which one does not
+            data = read_bytes(file, "mesh", LARGEST_MESH)
+            obj = file.suffix.lower() == ".obj"
+            most = max(most, data.count(b"f ") if obj else len(data) // 50)
+    return most
+
+
+def _keep_hull(spec: Any, mesh: Any) -> None:
+    """Replace a mesh by the convex hull around it, of which MuJoCo makes the same box."""
+    import mujoco
+
+    alone = mujoco.MjSpec()
+    alone.modelfiledir, alone.meshdir, alone.strippath = (
+        spec.modelfiledir, spec.meshdir, spec.strippath
+    )  # fmt: skip
+    alone.add_mesh(
+        name="mesh", file=mesh.file, scale=mesh.scale, refpos=mesh.refpos, refquat=mesh.refquat,
+        maxhullvert=HULL,
+    )  # fmt: skip
+    alone.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
+    model = alone.compile()
+    count = int(model.mesh_graph[0])  # then faces, an address for each vertex, and its number
+    vertices = np.asarray(model.mesh_vert, dtype=float)[model.mesh_graph[2 + count : 2 + 2 * count]]
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, model.mesh_quat[0])
+    points = vertices @ turn.reshape(3, 3).T + model.mesh_pos[0]
+    mesh.file, mesh.uservert = "", points.ravel()
+    mesh.scale, mesh.refpos, mesh.refquat = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
 
 
 def _check_parts(path: Path, folder: Path, seen: set[Path]) -> None:

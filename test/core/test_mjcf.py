@@ -1,5 +1,6 @@
 """A robot from an MJCF: the same body as from its URDF."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pinocchio as pin
 import pytest
 
 from robot_core.errors import NaoGaitError
-from robot_core.robot import RobotDescription, load_robot
+from robot_core.robot import RobotDescription, load_robot, mjcf
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -103,3 +104,31 @@ def test_bad_models_are_refused(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(NaoGaitError) as refused:
         load_robot(path)
     assert said in str(refused.value)
+
+
+def test_a_mesh_of_which_only_the_hull_is_kept_is_the_same_body(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Models of many triangles are read mesh by mesh; a box is its own hull."""
+    corners = "".join(f"v {x} {y} {z}\n" for x in (0, 3) for y in (-1, 1) for z in (0, 1))
+    faces = ((1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4))
+    sides = "".join(f"f {a} {b} {c}\nf {a} {c} {d}\n" for a, b, c, d in faces)
+    (tmp_path / "box.obj").write_text(corners + sides)
+    foot = '<geom type="box" pos=".02 0 -.03" size=".08 .04 .01" mass=".2"/>'
+    mesh = '<geom type="mesh" mesh="box" pos="-.04 0 -.04" mass=".2"/>'
+    file = 'file="box.obj" scale=".04 .03 .02" refpos="1 0 0"'
+    asset = f'<asset><mesh name="box" {file}/><mesh name="other" {file}/></asset>'
+    path = tmp_path / "meshes.xml"
+    path.write_text(model().replace(foot, mesh).replace("<worldbody>", f"{asset}<worldbody>"))
+    whole, keep_hull = load_robot(path), mjcf._keep_hull
+    monkeypatch.setattr(mjcf, "FACES", 12)
+    kept = []
+    monkeypatch.setattr(mjcf, "_keep_hull", lambda *a: kept.append(a) or keep_hull(*a))
+    hull = load_robot(path)
+    assert len(kept) == 2
+    numbers = [
+        np.array(re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", each.urdf), dtype=float)
+        for each in (whole, hull)
+    ]
+    np.testing.assert_allclose(*numbers, atol=1e-6)
+    assert len(numbers[0]) > 500

@@ -17,6 +17,7 @@ from itertools import chain
 from pathlib import Path
 from random import Random
 
+import numpy as np
 import pytest
 from hostile_bags import bags
 
@@ -158,6 +159,11 @@ def write_meshes(folder: Path) -> None:
     (folder / "faces.obj").write_text(corners + "f 1 2 3\n" * 1_000_000)
     (folder / "far.obj").write_text(corners + "f 1 2 1000000000\n")
     (folder / "huge.msh").write_bytes(struct.pack("<4i", *[10**9] * 4))
+    turns = 2.0 * np.pi * np.random.default_rng(0).random((140_000, 3, 2))
+    corners = np.stack((np.cos(turns[..., 0]), np.sin(turns[..., 0]), turns[..., 1]), axis=-1)
+    solid = np.zeros(len(turns), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("no", "<u2")])
+    solid["corners"] = corners
+    (folder / "fine.stl").write_bytes(bytes(80) + struct.pack("<I", len(solid)) + solid.tobytes())
     os.mkfifo(folder / "pipe.stl")
 
 
@@ -174,6 +180,11 @@ def mjcf_texts(folder: Path) -> Iterator[tuple[str, str]]:
 
     for file in (*PLACES, "pipe.stl", "huge.stl", "sparse.stl", "faces.obj", "far.obj", "huge.msh"):
         yield f"a mesh that is {file}", with_mesh(file)
+    for count in (1, 2, 40):
+        assets = "".join(f"<mesh name='{n}' file='fine.stl'/>" for n in range(count))
+        geoms = "".join(f"<geom type='mesh' mesh='{n}'/>" for n in range(count))
+        asset = f"<asset>{assets}</asset>"
+        yield f"a mesh {count} times", with_body(f"<body>{geoms}</body>", asset)
     yield "a mesh in /dev", with_mesh("zero", "<compiler meshdir='/dev'/>")
     yield "a model in /dev", with_body(beside="<asset><model name='m' file='/dev/zero'/></asset>")
     for size, number in (("memory", "900G"), *((n, "900000000") for n in ("nkey", "nuser_body"))):
