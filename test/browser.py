@@ -27,6 +27,7 @@ class Tab:
         self.page = page
         self.complaints: list[str] = []
         self.requests: list[str] = []
+        self.devtools = 0
         page.set_default_timeout(TIMEOUT)
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
         page.on("console", self._hear)
@@ -52,8 +53,10 @@ class Tab:
 
 
 @contextmanager
-def open_tab(address: str | Path, width: int = 1280, height: int = 900) -> Iterator[Tab]:
-    """Open a file or a URL."""
+def open_tab(
+    address: str | Path, width: int = 1280, height: int = 900, arguments: tuple[str, ...] = ()
+) -> Iterator[Tab]:
+    """Open a file or a URL; `arguments` are further ones of the browser."""
     playwright = pytest.importorskip(
         "playwright.sync_api", reason="no playwright (pip install playwright)"
     )
@@ -61,7 +64,7 @@ def open_tab(address: str | Path, width: int = 1280, height: int = 900) -> Itera
     with playwright.sync_playwright() as tool:
         try:
             browser = tool.chromium.launch(
-                executable_path=found, args=list(ARGUMENTS), timeout=TIMEOUT
+                executable_path=found, args=[*ARGUMENTS, *arguments], timeout=TIMEOUT
             )
         except playwright.Error as error:
             reason = str(error).strip().splitlines()[0]

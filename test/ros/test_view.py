@@ -1,6 +1,7 @@
 """The live view with both nodes: it serves a page, shows the robot, drives and pushes it."""
 
 import contextlib
+import json
 import os
 import re
 import signal
@@ -238,7 +239,10 @@ def driven(probe: Probe, server: Any, monkeypatch: pytest.MonkeyPatch) -> Iterat
     def until(predicate: Any, what: str, **again: Any) -> None:
         probe.wait(lambda: (viewer.step(), predicate())[1], what, **again)
 
-    with open_tab(f"http://{HOST}:{server.get_port()}") as tab:
+    devtools = free_port()
+    arguments = (f"--remote-debugging-port={devtools}",)
+    with open_tab(f"http://{HOST}:{server.get_port()}", arguments=arguments) as tab:
+        tab.devtools = devtools
         # The command of a page that answers late is forgotten.
         until(
             lambda: commands and commands[-1].linear.x > 0.0, "the command of the page",
@@ -305,6 +309,10 @@ MORE_WAYS = {
 }
 
 
+DEVTOOLS = ("Page.crash", "Page.close", "Browser.crash")
+"""Requests by the browser's protocol; one for a frozen page leaves a visible page as it is."""
+
+
 def signal_browser(number: int, kind: str = "") -> None:
     """Send a signal to the browser's processes, or to those whose command line has this word.
 
@@ -344,6 +352,18 @@ def test_who_leaves_the_page_stops_the_robot(driven: Any, way: str) -> None:
 @pytest.mark.parametrize("way", MORE_WAYS)
 def test_who_leaves_the_page_in_a_rarer_way_stops_the_robot(driven: Any, way: str) -> None:
     leave(driven, MORE_WAYS[way])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", DEVTOOLS)
+def test_a_page_that_the_developer_tools_end_stops_the_robot(driven: Any, method: str) -> None:
+    """A page that has crashed does not answer the request."""
+    port = driven[0].devtools
+    with urllib.request.urlopen(f"http://{HOST}:{port}/json", timeout=TIMEOUT) as answer:
+        targets = json.load(answer)
+    address = next(each["webSocketDebuggerUrl"] for each in targets if each["type"] == "page")
+    with connect(address) as tools:
+        leave(driven, lambda page: tools.send(json.dumps({"id": 1, "method": method})))
 
 
 def test_a_page_that_answers_drives_on(patient: None, driven: Any) -> None:
