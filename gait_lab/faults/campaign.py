@@ -12,6 +12,7 @@ from gait_lab.faults import robot_faults as robot
 from gait_lab.faults import sensor_faults as sensors
 from gait_lab.faults import stamp_faults as stamps
 from gait_lab.faults.harness import PERIOD, Fault, Harness
+from gait_lab.faults.healthy import Healthy
 from robot_core.types import GaitState, VelocityCommand
 from sim_bridge.trials.trial import TrialSpec, make_world
 from sim_bridge.world import World
@@ -20,8 +21,6 @@ WALKS, STOPPED, FELL, VIOLATED = "walks", "stopped", "fell", "violated"
 OUTCOMES = (WALKS, STOPPED, FELL, VIOLATED)
 WENT_ON = "went_on"
 """Outcome of a fault in a match: the player plays, perhaps after a fall."""
-ROBOTS = 100
-"""Number of individuals from which a run draws its robot."""
 
 FAULTS: Mapping[str, type[Fault]] = {
     "none": Fault,
@@ -60,8 +59,9 @@ FAULTS: Mapping[str, type[Fault]] = {
 COMPARISON_FAULTS: Mapping[str, type[Fault]] = {
     "imu_gone": sensors.ImuGone,
     "imu_ignored": sensors.ImuIgnored,
+    "healthy": Healthy,
 }
-"""Not part of the campaign: they compare stopping without an IMU with walking on."""
+"""Not part of the campaign: stopping without an IMU or walking on; a robot without a fault."""
 ALL_FAULTS: Mapping[str, type[Fault]] = {**FAULTS, **COMPARISON_FAULTS}
 
 
@@ -111,7 +111,7 @@ def run_fault(run: FaultRun) -> FaultResult:
         float(random.uniform(-0.05, 0.05)),
         float(random.uniform(-0.3, 0.3)),
     )
-    with run.world(int(random.integers(ROBOTS)), run.seed) as world:
+    with run.world(fault.individual(run.seed), run.seed) as world:
         harness = Harness(world, run.parameters, fault, command)
         try:
             harness.run(round(fault.end / PERIOD))

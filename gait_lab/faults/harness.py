@@ -32,6 +32,8 @@ VELOCITY_TICKS = 10
 """Ticks between two velocity commands of the operator."""
 WATCHDOG_TICKS, DIAGNOSTICS_TICKS = 25, 100
 """Ticks between two runs of the gait's timers."""
+ROBOTS = 100
+"""Number of individuals from which a run draws its robot."""
 _SECOND = 1_000_000_000
 
 
@@ -66,6 +68,10 @@ class Fault:
     def __init__(self, random: np.random.Generator) -> None:
         self.random = random
         self.begin = float(random.uniform(2.0, 3.0))
+
+    def individual(self, seed: int) -> int:
+        """Seed of the robot in the run with this seed; drawn after the command."""
+        return int(self.random.integers(ROBOTS))
 
     def active(self, harness: Timed) -> bool:
         """By default from `begin` on."""

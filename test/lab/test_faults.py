@@ -12,9 +12,18 @@ import pytest
 
 from gait_lab.bench import suite
 from gait_lab.bench.suites.faults import classes_of
-from gait_lab.faults.campaign import FAULTS, STOPPED, VIOLATED, WALKS, FaultRun, run_fault
+from gait_lab.faults.campaign import (
+    ALL_FAULTS,
+    FAULTS,
+    STOPPED,
+    VIOLATED,
+    WALKS,
+    FaultRun,
+    run_fault,
+)
 from gait_lab.faults.channel import Channel, Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
+from gait_lab.faults.healthy import Healthy
 from gait_lab.faults.invariants import (
     FALL_GRACE,
     SILENT_STOP,
@@ -27,6 +36,7 @@ from gait_lab.faults.scopes import SCOPES
 from gait_lab.faults.sensor_faults import ImuOutage
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
@@ -97,6 +107,37 @@ def test_the_robot_stops_without_velocity_commands_and_reports_why() -> None:
     result = run_fault(FaultRun("no_commands", 1))
     assert result.outcome == STOPPED
     assert any("no cmd_vel for" in text for text in result.explained)
+
+
+class _InG(Healthy):
+    """The first walk of a robot whose accelerometer measures in g."""
+
+    end = 4.0
+
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        if isinstance(message.content, ImuInput):
+            x, y, z = message.content.linear_acceleration
+            content = replace(message.content, linear_acceleration=(x / 9.81, y / 9.81, z / 9.81))
+            message = replace(message, content=content)
+        yield Delivery(0, message)
+
+
+def test_what_is_said_of_right_sensors_is_a_false_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Healthy, "end", 4.0)
+    assert run_fault(FaultRun("healthy", 40)).outcome != VIOLATED
+    monkeypatch.setitem(ALL_FAULTS, "healthy", _InG)  # type: ignore[misc]
+    found = run_fault(FaultRun("healthy", 40))
+    assert any("false alarm" in text and "linear_acceleration" in text for text in found.violations)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(40, 44))
+@pytest.mark.parametrize("urdf", ["nao_h21_v33", "nao_v6", "bruno"])
+@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+def test_a_healthy_robot_gives_no_alarm(engine: str, urdf: str, seed: int) -> None:
+    parameters = preset_for(load_robot(urdf), "default")
+    found = run_fault(FaultRun("healthy", seed, engine=engine, urdf=urdf, parameters=parameters))
+    assert found.violations == ()
 
 
 def test_a_bridge_that_was_restarted_executes_commands_at_once() -> None:
