@@ -37,7 +37,7 @@ from sim_bridge.trials.tasks import find_task
 
 HALF_WINDOW = 10.0
 """[s] longest measured window at half speed."""
-FACTORS = {"deg": math.radians(1.0), "ms": 1e-3}
+FACTORS = {"deg": math.radians(1.0), "mm": 1e-3, "ms": 1e-3}
 """Factor from a unit of `Level.values` to the one of the plant's option."""
 _WITHOUT = "without_"
 _METRICS = schema.Sequence(schema.Choice(tuple(METRICS)))

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from scores import metrics, options, score, values
 
@@ -16,7 +17,7 @@ from gait_lab.bench.options import Options
 from gait_lab.bench.suites import endurance, limits, paper, posture, start
 from gait_lab.bench.suites.compute import compute
 from gait_lab.bench.suites.endurance import Stretch
-from gait_lab.bench.suites.heat import LONGEST, minutes_until
+from gait_lab.bench.suites.heat import LONGEST, heat_walk, minutes_until
 from gait_lab.bench.suites.peers import SWEEP as PEERS
 from gait_lab.bench.walks import METRICS, FallDetection, Variant
 from nao_lipm_gait.parameters import GaitParameters, load_preset
@@ -25,6 +26,7 @@ from robot_core.types import STANDSTILL
 from sim_bridge.trials.metrics import Metrics
 from sim_bridge.trials.rollout import RolloutSpec, rollout
 from sim_bridge.trials.tasks import STAND_TIME, TASKS, RandomCommands, find_task
+from sim_bridge.trials.trial import TrialSpec
 
 SCHEMA = {"suite", "metric", "unit", "value", "paper", "engine", "plant", "robots", "seed"}
 TINY: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
@@ -53,10 +55,14 @@ TINY: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
                "ingredients": ("dc_line",)},
               ("unchanged_forward_median", "dc_line_off_forward_upright",
                "dc_line_forward_breaks_at")),
+    "ground": ({"tasks": ("forward=10",), "window": 0.5, "ingredients": ("slabs",)},
+               ("unchanged_forward_10_median_of_upright", "slabs_3_forward_10_upright",
+                "slabs_forward_10_breaks_at")),
     "odometry": ({"courses": ("curve",), "bias_wait": 1.0},
                  ("curve_heading_error_worst", "curve_place_error_median", "curve_stood_worst")),
     "heat": ({"speeds": ("10",), "window": 1.0},
-             ("forward_10_minutes_until_sit_worst", "forward_10_cost_of_transport_median")),
+             ("forward_10_minutes_until_sit_worst", "forward_10_cost_of_transport_median",
+              "forward_10_knee_torque_median")),
     "soles": ({"tasks": ("spot", "forward=10"), "window": 2.0},
               ("sole_pitch_rms_before", "sole_pitch_rms_after", "sole_roll_rms_before",
                "sole_roll_rms_after", "forward_10_sole_roll_worst_after")),
@@ -86,7 +92,9 @@ TINY: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
              ("ball_position_error_median", "ball_velocity_error_median", "ball_known_share")),
 }  # fmt: skip
 """Suite -> its smallest form, and its main metrics."""
-LIKE_SPEED = {"error", "start", "delay", "robust", "plant", "paper", "posture", "limits"}
+LIKE_SPEED = {
+    "error", "start", "delay", "robust", "plant", "ground", "paper", "posture", "limits",
+}  # fmt: skip
 """Suites that score walks as `speed` does; for repetition one of them stands for all."""
 
 
@@ -279,6 +287,23 @@ def test_a_square_wave_has_no_mean() -> None:
         asked = [task.command_at(time) for time in times]
         for axis in zip(*asked, strict=True):
             assert sum(axis) / len(axis) == pytest.approx(0.0, abs=0.06 * wave.factor)
+
+
+def test_the_preset_gentle_walks_as_fast_with_less_torque() -> None:
+    pytest.importorskip("mujoco")
+    task, hot = find_task("forward=20").lasting(2.0), (("heat.enabled", True),)
+    usual, gentle = (
+        heat_walk((task, TrialSpec(
+            robot_seed=41, parameters=load_preset(preset), plant_options=hot, engine="mujoco",
+        )))
+        for preset in ("default", "gentle")
+    )  # fmt: skip
+    assert usual is not None
+    assert gentle is not None
+    assert gentle.speed == pytest.approx(0.2, abs=0.03)
+    assert gentle.knee_torque < 0.9 * usual.knee_torque
+    assert gentle.power < 0.9 * usual.power
+    assert np.max(gentle.final) < np.max(usual.final)
 
 
 def test_random_commands_are_smooth_bounded_and_seeded() -> None:

@@ -42,17 +42,21 @@ class HeatResult:
         final: (n,) [deg C] of each motor after a long time.
         power: [W] of robot and electronics.
         speed: [m/s] over the ground; 0 for a stand.
+        knee_torque: [N m] root mean square of both knees.
     """
 
     final: FloatArray
     power: float
     speed: float
+    knee_torque: float
 
 
 def heat_walk(asked: tuple[Task, TrialSpec]) -> HeatResult | None:
     """Walk, and average the loads over the window of the task; None after a fall."""
     task, spec = asked
-    finals, energy, where = [], [], []
+    robot = loaded_robot(spec.urdf)
+    knees = [robot.index(leg.knee_pitch) for leg in (robot.left_leg, robot.right_leg)]
+    finals, energy, where, torques = [], [], [], []
     with make_world(spec) as world:
         heat = world.robot.heat
         if heat is None:
@@ -65,11 +69,14 @@ def heat_walk(asked: tuple[Task, TrialSpec]) -> HeatResult | None:
                 finals.append(heat.final)
                 energy.append(heat.energy)
                 where.append(tick.truth.torso_position[:2])
+                torques.append(tick.truth.joint_torque[knees])
         if tick.fallen or len(finals) < 2:
             return None
     seconds = task.end - task.start
     speed = float(np.hypot(*(where[-1] - where[0]))) / seconds
-    return HeatResult(np.mean(finals, axis=0), (energy[-1] - energy[0]) / seconds, speed)
+    knee_torque = float(np.sqrt(np.mean(np.square(torques))))
+    power = (energy[-1] - energy[0]) / seconds
+    return HeatResult(np.mean(finals, axis=0), power, speed, knee_torque)
 
 
 def minutes_until(degrees: float, final: float, ambient: float, time_constant: float) -> float:
@@ -122,6 +129,7 @@ def heat(options: Options) -> Iterator[Row | str]:
             ("minutes_until_sit_median", "min", median(sits)),
             ("power_median", "W", power),
             ("cost_of_transport_median", "", median(costs)),
+            ("knee_torque_median", "N m", median(each.knee_torque for each in upright)),
             ("battery_median", "min",
              robot.battery.energy * plant.charge / 60.0 / power if power else None),
             ("falls", "robots", len(results) - len(upright)),
@@ -130,5 +138,6 @@ def heat(options: Options) -> Iterator[Row | str]:
         f"Rise {plant.rise:g} K at nominal torque and time constant {plant.time_constant:g} s are "
         "chosen, not measured; nominal torques and battery are published. The gait warns at "
         f"{HOT:g} deg C and sits down when a leg has {SIT:g} deg C. From {plant.ambient:g} deg C; "
-        f"power with {plant.electronics:g} W of electronics; {LONGEST:g} min: that or longer."
+        f"power with {plant.electronics:g} W of electronics; {LONGEST:g} min: that or longer. Knee "
+        "torque: root mean square."
     )
