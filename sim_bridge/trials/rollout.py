@@ -85,6 +85,13 @@ def make_pair(spec: RolloutSpec) -> tuple[World, Gait]:
     return make_world(spec, ball=ball_for(spec.task.motions)), make_gait(spec)
 
 
+def walker_of(spec: RolloutSpec, gait: Gait) -> Walker:
+    """The gait, or what walks in its place."""
+    if spec.walker is None:
+        return gait
+    return spec.walker(loaded_robot(spec.urdf), spec.task, spec.control_period)
+
+
 def task_ticks(task: Task, period: float = CONTROL_PERIOD) -> int:
     """Ticks of a task that nothing ends early, the one at rest included; `period` [s] of a tick."""
     return math.ceil(task.end / period - 1e-6) + 1
@@ -102,12 +109,10 @@ def rollout(spec: RolloutSpec) -> RolloutResult:
             "walker", task.name, "a task without motions: only the gait can play motions"
         )
     world, gait = make_pair(spec)
-    walker: Walker = gait
     recorder = Recorder()
     with world:
         watch = MotionWatch(world, gait, task.motions)
-        if spec.walker is not None:
-            walker = spec.walker(loaded_robot(spec.urdf), task, spec.control_period)
+        walker = walker_of(spec, gait)
         pushes = () if spec.push is None else (spec.push,)
         sees = walker if isinstance(walker, SeesTruth) else None
         # A motion is requested, and the truth seen, between two ticks.

@@ -231,7 +231,7 @@ def test_without_onnxruntime_its_extra_is_named(
 def run(tmp_path: Path, *paths: str) -> dict[str, float | None]:
     file = tmp_path / "rows.json"
     given = {"robots": 1, "window": 0.2, "jobs": 1, "show": False, "tasks": ("forward=10",),
-             "policy": paths, "pushes": False}  # fmt: skip
+             "policy": paths, "pushes": False, "metres": 0.1}  # fmt: skip
     suite.run("peers", given, json_file=file, out=lambda text: None)
     return {row["metric"]: row["value"] for row in json.loads(file.read_text())}
 
@@ -246,6 +246,12 @@ def test_the_gait_and_a_policy_with_and_without_the_true_velocity(tmp_path: Path
         tick = rows[f"{name}_tick_mean"]
         assert tick is not None
         assert tick > 0.0
+        assert rows[f"{name}_random_robots_without_fall"] == 1
+    assert rows["classical_random_distance"] == pytest.approx(1e-4, rel=0.9)
+    assert rows["classical_random_falls_per_km"] == 0.0
+    standing = rows["stands_random_distance"]
+    assert standing is not None
+    assert standing < 2e-5
     assert rows["stands_forward_10_median_of_upright"] == pytest.approx(0.0, abs=1.0)
     assert rows["classical_forward_10_median_of_upright"] == pytest.approx(10.0, abs=3.0)
     with pytest.raises(NaoGaitError, match=r"policy.*different names"):

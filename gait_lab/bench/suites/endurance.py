@@ -14,10 +14,10 @@ from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import FallDetection
-from sim_bridge.trials.rollout import RolloutSpec, make_pair
+from sim_bridge.trials.rollout import RolloutSpec, make_pair, walker_of
 from sim_bridge.trials.tasks import STOP_SHARE, TASKS, RandomCommands
 from sim_bridge.trials.trace import ALARM_STATES
-from sim_bridge.trials.trial import CONTROL_PERIOD, TimedCommands, run
+from sim_bridge.trials.trial import CONTROL_PERIOD, SeesTruth, TimedCommands, run
 
 FALLS_MAX = 100
 """A robot is given up after so many falls."""
@@ -67,10 +67,15 @@ def walk_stretch(spec: RolloutSpec, number: int, metres: float, seconds: float) 
     # The nominal robot has the seed -1; seeds of numpy are not negative.
     commands = RandomCommands((spec.robot_seed + 1, number))
     simulation, gait = make_pair(spec)
+    walker = walker_of(spec, gait)
+    sees = walker if isinstance(walker, SeesTruth) else None
     walked, alarm, time, fell = 0.0, None, 0.0, False
     corner: np.ndarray | None = None
+    timed = TimedCommands(commands.at, ahead=sees is None)
     with simulation:
-        for index, tick in enumerate(run(simulation, gait, TimedCommands(commands.at))):
+        for index, tick in enumerate(run(simulation, walker, timed)):
+            if sees is not None:
+                sees.see(tick.truth)
             time = index * CONTROL_PERIOD
             fell = tick.fallen
             if alarm is None and tick.status is not None:
@@ -89,7 +94,7 @@ def walk_stretch(spec: RolloutSpec, number: int, metres: float, seconds: float) 
 
 
 def loop_rows(name: str, journeys: Sequence[list[Stretch]]) -> list[Row]:
-    """The measurements of all robots in closed or in open loop."""
+    """The measurements of all robots in closed or in open loop, or of another walk."""
     detection = FallDetection()
     for stretch in (each for journey in journeys for each in journey):
         detection.count(stretch.lead, stretch.false_alarm)

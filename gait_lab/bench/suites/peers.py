@@ -17,6 +17,7 @@ from gait_lab.bench.pushes import PushSeries, search_largest, walk_unpushed
 from gait_lab.bench.rows import Row
 from gait_lab.bench.suite import Suite
 from gait_lab.bench.suites.compute import FIRST, ClockedWalker
+from gait_lab.bench.suites.endurance import loop_rows, walk_journey
 from gait_lab.bench.sweep import load_sweep, sweep_suite
 from gait_lab.bench.walks import Variant
 from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo
@@ -115,6 +116,8 @@ def learned(options: Options) -> Iterator[Row | str]:
         yield from largest_pushes(options, variants)
     for name, variant in variants.items():
         yield Row(name, "tick_mean", "us", tick_time(options, variant))
+        if options.metres > 0.0:
+            yield from falls_per_km(name, options, variant)
     yield from LEARNED.measure(options.but(only=()), variants)
 
 
@@ -133,6 +136,16 @@ def largest_pushes(options: Options, variants: Mapping[str, Variant]) -> Iterato
             largest = each.largest(direction)
             value = None if largest is None else largest / mass
             yield Row(f"{name}_push_{direction}", "max", "N s/kg", value)
+
+
+def falls_per_km(name: str, options: Options, variant: Variant) -> list[Row]:
+    """Walk random commands, as the suite endurance does."""
+    stand = find_task("stand")
+    asked = [
+        (variant.spec(options, True, stand, seed), options.metres) for seed in options.seeds
+    ]
+    journeys = options.map(walk_journey, asked, label=f"{name}, random commands")
+    return loop_rows(f"{name}_random", journeys)
 
 
 def tick_time(options: Options, variant: Variant) -> float:
@@ -155,7 +168,10 @@ def _suite() -> Suite:
     policy = Option((), "YAML file of a learned walk, to measure it beside the gait instead",
                     "FILE", ("--policy",))  # fmt: skip
     pushes = Option(True, "not also pushes", "", ("--no-pushes",))
-    options = {**of_file.options, "placo_python": placo, "policy": policy, "pushes": pushes}
+    metres = Option(0.0, "distance that each robot also walks beside learned walks, by random "
+                    "commands", "M", ("--metres",), minimum=0.0, maximum=1e5)  # fmt: skip
+    more = {"placo_python": placo, "policy": policy, "pushes": pushes, "metres": metres}
+    options = {**of_file.options, **more}
     return replace(of_file, measure=peers, options=options, check=check, applies=is_nao)
 
 
