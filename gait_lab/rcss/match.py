@@ -214,10 +214,10 @@ def play(
                 break
             squad.cycle()
             if server.joined == sum(players) and squad.complete and all(
-                each.agent.landing.count > 1 and each.agent.stands for each in squad.members
+                each.agent.landing.count and each.agent.stands for each in squad.members
             ):
                 break
-        if server.joined < sum(players):
+        if against and server.joined < sum(players):
             raise NaoGaitError("against", against, "a command whose players join the game")
         squad.cpu.clear()
         beams = sum(each.agent.landing.count for each in squad.members)

@@ -41,7 +41,7 @@ WANDERS = 4.0
 @suite(
     "rcss", "On RoboCup's simulation server", "walks on RoboCup's server, by its truth", gait=False,
     options={
-        "tasks": ("forward=50", "back=40", "side=30", "turn=90"),
+        "tasks": ("forward=60", "back=45", "side=30", "turn=110"),
         "window": ...,
         "starts": Option(3, "starts of each task", "N", minimum=0, maximum=1000),
         "drops": Option(0, "drops without warning, on the way", "N", minimum=0, maximum=1000),
