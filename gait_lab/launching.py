@@ -5,7 +5,6 @@ before anything starts, as the nodes check them; everything ends if a node or th
 """
 
 import difflib
-import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -41,6 +40,7 @@ from robot_core.motion.library import library_of
 from robot_core.resources import share
 from robot_core.robot import load_robot
 from robot_core.ros.parameters import URDF
+from robot_core.ros.process import domain_id
 from robot_core.schema import Field, Number, Switch, read_yaml
 from sim_bridge.engines.registry import check_installed
 from sim_bridge.plant import load_plant
@@ -143,7 +143,7 @@ class _Launch:
         if "referee" in nodes:
             if self._scene is None:
                 raise NaoGaitError("scene", self._text["scene"], "a scene with a field and teams")
-            self._given["referee"] |= referee_ports(int(os.environ.get("ROS_DOMAIN_ID") or 0))
+            self._given["referee"] |= referee_ports(domain_id())
         self._sees = self._wants_vision()
         if self._sees:
             self._given["sim_bridge"]["cameras"] = True
@@ -228,7 +228,7 @@ class _Launch:
             if self._text[argument]:
                 allowed = f"nothing: it differs between the robots of scene {scene.name}"
                 raise NaoGaitError(argument, self._text[argument], allowed)
-        plays, domain = "player" in self._nodes, int(os.environ.get("ROS_DOMAIN_ID") or 0)
+        plays, domain = "player" in self._nodes, domain_id()
         return scene, [
             Robot(
                 f"{namespace}/{robot.name}",

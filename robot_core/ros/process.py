@@ -27,6 +27,8 @@ FAILED, REFUSED = 1, 2
 """Exit status after an exception that nothing has caught, and for a parameter, file or argument
 that cannot be used."""
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+GREATEST_DOMAIN = 232
+"""From there on DDS has no ports."""
 FIRST_DOMAIN, LAST_DOMAIN = 1, 101
 """On Linux the ports of higher domains overlap with those of outgoing connections."""
 PORT_BASE, PORT_GAIN = 7400, 250
@@ -92,12 +94,22 @@ def stop_on_signal() -> Iterator[StopRequest]:
 # -- domain ----------------------------------------------------------------------------------------
 
 
+def domain_id() -> int:
+    """ROS_DOMAIN_ID of this environment; NaoGaitError if it is none."""
+    text = os.environ.get("ROS_DOMAIN_ID") or "0"
+    known = text.isascii() and text.isdecimal() and len(text) <= len(str(GREATEST_DOMAIN))
+    if not known or int(text) > GREATEST_DOMAIN:
+        raise NaoGaitError("ROS_DOMAIN_ID", text, f"an integer from 0 to {GREATEST_DOMAIN}")
+    return int(text)
+
+
 def stay_local() -> None:
     """Limit discovery to this machine, unless the user has set its range; call before rclpy.init.
 
     Any process that reaches the topics can command the robot, so the network is opened only on
-    purpose.
+    purpose. NaoGaitError if the user has set a domain that DDS cannot use, which would end it.
     """
+    domain_id()
     os.environ.setdefault(RANGE, "LOCALHOST")
 
 

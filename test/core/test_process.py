@@ -9,12 +9,15 @@ from contextlib import suppress
 
 import pytest
 
+from robot_core.errors import NaoGaitError
 from robot_core.ros.process import (
     LAST_DOMAIN,
     PORT_BASE,
     PORT_GAIN,
     DomainClaim,
     StopRequest,
+    domain_id,
+    stay_local,
     stop_on_signal,
 )
 
@@ -58,6 +61,23 @@ def test_beside_the_main_thread_signals_are_left_alone() -> None:
     assert len(seen) == 1
     assert not seen[0]
     assert signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.parametrize("text", ["233", "-1", "1.5", "abc", "0x1", "\u0663", "9" * 5000, " 1"])
+def test_a_domain_that_dds_cannot_use_is_refused(
+    text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", text)
+    with pytest.raises(NaoGaitError, match="an integer from 0 to 232"):
+        stay_local()
+
+
+@pytest.mark.parametrize(("text", "domain"), [("", 0), ("7", 7), ("232", 232)])
+def test_the_domain_of_the_environment(
+    text: str, domain: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", text)
+    assert domain_id() == domain
 
 
 def test_two_runs_never_get_the_same_domain() -> None:
