@@ -35,6 +35,10 @@ APART = 0.2
 """[rad] Of the arms of a stand from the vertical."""
 KNEE = 0.8
 """[rad] Bend of the knees in a stand."""
+LEVEL = 1e-3
+"""[rad] Tilt of a level sole."""
+DAMPING = 1e-6 * np.eye(6)
+"""Of the steps towards level soles."""
 REFERENCE_HEIGHT = 0.274
 """[m] Height of a NAO's CoM (H21 V3.3) over straight legs, as `relative_size` measures it."""
 SOLES = ("l_sole", "r_sole")
@@ -425,7 +429,6 @@ def _stand(
         next(name for name in frames[key] if model.existFrame(name))
         for key in ("left_sole", "right_sole")
     ]
-    tilts = [_tilt(tree.placement(sole).rotation) for sole in soles]
     frame = model.getFrameId(soles[0], pin.FrameType.BODY)
     ahead = 0.0
     pose: dict[str, float] = {}
@@ -433,10 +436,10 @@ def _stand(
         q[model.joints[model.getJointId(name)].idx_q] = angle
     for _ in range(30):
         # Hip pitch moves the foot under the CoM; the ankle keeps the sole level.
-        for leg, tilt in zip(legs, tilts, strict=True):
+        for leg in legs:
             bend = {
                 "hip_pitch": ahead - KNEE / 2.0, "knee_pitch": KNEE,
-                "ankle_pitch": -ahead - KNEE / 2.0 - tilt,
+                "ankle_pitch": -ahead - KNEE / 2.0,
             }  # fmt: skip
             for role, angle in bend.items():
                 sign = math.copysign(1.0, tree.joints[leg[role]].axis[1])
@@ -453,13 +456,52 @@ def _stand(
         ahead -= 0.8 * off / max(float(com[2] - place.translation[2]), 1e-3)
     else:
         raise NaoGaitError(f"stand of {path}", f"CoM {off:.3f} m off the soles", "a stand_pose")
-    return pose
+    return {**pose, **_levelled(tree, legs, soles, q, path)}
 
 
-def _tilt(sole: FloatArray) -> float:
-    """[rad] Pitch of a sole in the zero pose; 0 if it is a rounding of the description."""
-    pitch = math.atan2(-sole[2, 0], sole[0, 0])
-    return pitch if abs(pitch) > 1e-3 else 0.0
+def _levelled(
+    tree: RobotTree, legs: tuple[dict[str, str], ...], soles: list[str], q: FloatArray, path: Path
+) -> dict[str, float]:
+    """Leg joints that make the soles level, as wide as in the zero pose and below the CoM.
+
+    None are needed where all axes are parallel to those of the root and the zero pose has level
+    soles. `q` is the stand without them.
+    """
+    import pinocchio as pin
+
+    model = tree.model
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    frames = [model.getFrameId(sole, pin.FrameType.BODY) for sole in soles]
+
+    def tilt() -> float:
+        return max(float(np.hypot(*data.oMf[frame].rotation[2, :2])) for frame in frames)
+
+    if tilt() < LEVEL:
+        return {}
+    height = float(np.mean([data.oMf[frame].translation[2] for frame in frames]))
+    joints = [[model.joints[model.getJointId(name)] for name in leg.values()] for leg in legs]
+    for _ in range(60):
+        ahead = float(pin.centerOfMass(model, data, q)[0])
+        for sole, frame, leg in zip(soles, frames, joints, strict=True):
+            pin.computeJointJacobians(model, data, q)
+            pin.updateFramePlacements(model, data)
+            place = np.array((ahead, tree.placement(sole).translation[1], height))
+            error = pin.log6(data.oMf[frame].actInv(pin.SE3(np.eye(3), place))).vector
+            jacobian = pin.getFrameJacobian(model, data, frame, pin.ReferenceFrame.LOCAL)
+            jacobian = jacobian[:, [joint.idx_v for joint in leg]]
+            step = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + DAMPING, error)
+            for joint, change in zip(leg, step.tolist(), strict=True):
+                low, high = (
+                    limit[joint.idx_q]
+                    for limit in (model.lowerPositionLimit, model.upperPositionLimit)
+                )
+                q[joint.idx_q] = min(max(q[joint.idx_q] + change, low), high)
+    pin.framesForwardKinematics(model, data, q)
+    if tilt() > LEVEL:
+        raise NaoGaitError(f"stand of {path}", "soles that are not level", "a stand_pose")
+    return {name: float(q[model.joints[model.getJointId(name)].idx_q])
+            for leg in legs for name in leg.values()}  # fmt: skip
 
 
 def relative_size(values: Mapping[str, Any], element: ET.Element, path: Path) -> float:

@@ -92,8 +92,20 @@ def bent_at_zero(root: ET.Element) -> None:
             origin.set("rpy", "0 0.25 0")
 
 
-def test_a_stand_is_level_where_the_zero_pose_is_not(tmp_path: Path) -> None:
-    (tmp_path / "mine.urdf").write_text(unnamed("booster_t1", bent_at_zero))
+def oblique(root: ET.Element) -> None:
+    """Tilt the axes of a T1's hip pitch by 10 degrees."""
+    for joint in root.findall("joint"):
+        if joint.get("name") in ("Left_Hip_Pitch", "Right_Hip_Pitch"):
+            axis = joint.find("axis")
+            assert axis is not None
+            axis.set("xyz", f"0 0.985 {0.174 if 'Left' in joint.get('name', '') else -0.174}")
+
+
+@pytest.mark.parametrize("edit", [bent_at_zero, oblique])
+def test_a_stand_is_level_whatever_the_axes_and_the_zero_pose(
+    tmp_path: Path, edit: object
+) -> None:
+    (tmp_path / "mine.urdf").write_text(unnamed("booster_t1", edit))
     left, right = (new_name("booster_t1", sole) for sole in ("l_sole", "r_sole"))
     outline = [list(point) for point in load_robot("booster_t1").sole_outline]
     (tmp_path / "mine.yaml").write_text(
