@@ -212,7 +212,7 @@ def test_armature_is_the_rotor_s_inertia_at_the_joint(
 @pytest.mark.parametrize(
     ("section", "option", "value", "allowed"),
     [
-        ("motor", "lag", 0.0, r"at least 0\.004 s"),
+        ("motor", "lag", 0.001, r"0 or at least 0\.004 s"),
         ("motor", "stiffness", 5000.0, r"at most 342\.5 N m/rad"),
         ("motor", "armature", 0.1, r"at least 0\.5 or null"),
         ("physics", "step", 0.005, r"at most 0\.004 s"),
