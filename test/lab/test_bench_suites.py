@@ -123,7 +123,7 @@ def test_a_suite_writes_its_rows_and_the_same_ones_again(name: str, tmp_path: Pa
 
 
 @pytest.mark.parametrize("name", ["duel", "match"])
-@pytest.mark.parametrize("setting", ["speed=1", "apart", "apart=near", "apart=-1"])
+@pytest.mark.parametrize("setting", ["haste=1", "apart", "apart=near", "apart=-1"])
 def test_a_policy_that_does_not_exist_is_refused(name: str, setting: str) -> None:
     with pytest.raises(NaoGaitError, match="policy"):
         suite.plan(name, {"policy": (setting,)})
