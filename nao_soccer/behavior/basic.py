@@ -11,29 +11,18 @@ from robot_core.geometry import rotate_planar
 from robot_core.types import STAND, Point2, Pose2, VelocityCommand
 
 BALL_ROUND = 0.24
-"""[m] that the robot keeps from the ball on its way around it beside others."""
-ORBIT = 0.28
-"""[m] Radius of the way around the ball."""
-ORBIT_FROM = 0.6
-"""[m] from the ball, at which it begins."""
-ORBIT_STEP = 0.7
-"""[rad] around the ball, to the place that a robot on this way walks to."""
-ORBIT_LEFT, ORBIT_TURN = 0.2, 1.6
-"""[rad] around the ball that are left, from which the robot walks straight, and turns."""
+"""[m] that the robot keeps from the ball on its way around it."""
 KEEP_FACING = (0.7, 1.2)
 """[m] A nearer place is taken by steps backwards and to the side, with the ball in sight."""
 DRIBBLE_ACROSS = 0.08
 """[m] beside the place in front of the foot, at which the robot stops to walk towards the ball."""
-AIMED_ACROSS, AIMED = 0.035, 0.15
-"""[m], [rad] Errors up to which a dribbling robot kicks; one that still turns would fall. Beside
-others there is no time to aim."""
 PUSH_FOOT = 0.06
 """[m] from the middle of the robot to the middle of a foot that pushes the ball."""
 PUSH_NEAR = 0.17
 """[m] ahead: a nearer ball that is beside the foot would be passed or kicked to the side."""
 LOST_TURN = 0.3
 """[rad] by which a robot that is lost always wants to turn; slowly, so that images are sharp."""
-SEARCH_TURN = 0.8
+SEARCH_TURN = 0.7
 """[rad] by which a robot that searches always wants to turn: all things stay in the image for
 both looks of the head."""
 KEEPER_OUT = 0.2
@@ -100,33 +89,15 @@ def find_place(s: Situation) -> Action:
 
 
 def walk_behind_ball(s: Situation) -> Action:
-    """Walk to the place from which the plan begins; at the ball, around it with the face to it.
-
-    Beside others the robot faces its way.
-    """
-    if s.beside_others:
-        obstacles = s.obstacles(Round(s.ball, BALL_ROUND, 0.3))
-        return Action(walk_to(s.start_pose, s.limits, obstacles))
-    x, y, yaw = s.start_pose
-    bx, by = s.ball
-    behind = math.atan2(y - by, x - bx)
-    here = math.atan2(-by, -bx)
-    left = math.remainder(behind - here, math.tau)
-    if s.ball_distance > ORBIT_FROM or abs(left) < ORBIT_LEFT:
-        return Action(walk_to(s.start_pose, s.limits, s.obstacles()))
-    step = min(abs(left), ORBIT_STEP)
-    place = here + math.copysign(step, left)
-    # The last part of the way turns the robot from the ball to the heading of the kick.
-    share = max(0.0, 1.0 - abs(left) / ORBIT_TURN)
-    heading = place + math.pi + share * math.remainder(yaw - behind - math.pi, math.tau)
-    radius = ORBIT / math.cos(step)  # on the tangent
-    target = bx + radius * math.cos(place), by + radius * math.sin(place), heading
-    return Action(walk_to(target, s.limits, s.obstacles(), facing=(1.0, 2.0)))
+    """Walk around the ball to the place from which the plan begins."""
+    obstacles = s.obstacles(Round(s.ball, BALL_ROUND, 0.3))
+    return Action(walk_to(s.start_pose, s.limits, obstacles))
 
 
 def step_to_ball(s: Situation) -> Action:
     """Walk the last steps to the place from which the robot kicks."""
-    return Action(walk_to(s.kick_pose, s.limits, facing=(1.0, 2.0)), head=HeadMode.BALL)
+    walk = walk_to(s.kick_pose, s.limits, speed=0.6, facing=(1.0, 2.0))
+    return Action(walk, head=HeadMode.BALL)
 
 
 def settle(s: Situation) -> Action:
@@ -153,10 +124,9 @@ def dribble(s: Situation) -> Action:
     forward = s.limits.forward * max(0.25, 1.0 - abs(across) / DRIBBLE_ACROSS)
     vx, vy = rotate_planar(forward, 2.0 * across, direction)
     head = HeadMode.BALL if s.ball_distance < 0.5 else HeadMode.AUTO
-    aimed = s.beside_others or (abs(across) < AIMED_ACROSS and abs(direction) < AIMED)
     return Action(
         s.limits.command(vx, vy, 1.5 * direction), head=head,
-        kick=(*s.ball, s.plan.direction - s.own[2]) if aimed else None,
+        kick=(*s.ball, s.plan.direction - s.own[2]),
     )  # fmt: skip
 
 

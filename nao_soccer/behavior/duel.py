@@ -41,7 +41,4 @@ class DuelSettings(Settings):
         "Share of its usual height by which a robot lifts its feet beside others: a low foot "
         "pushes where a high one treads on theirs.",
     )  # fmt: skip
-    speed: float = number(0.8, 0.1, 1.0, "", "Share of the largest speeds beside others.")
-    lift_near: float = number(
-        1.0, 0.0, 5.0, "m", "From another robot, up to which it is beside it."
-    )
+    lift_near: float = number(1.0, 0.0, 5.0, "m", "From another robot, up to which it does so.")

@@ -10,7 +10,7 @@ from nao_soccer.behavior.duel import DuelSettings
 from nao_soccer.behavior.kicks import KickTable
 from nao_soccer.behavior.option_tree import Activation, OptionTree
 from nao_soccer.behavior.options import PLAYER
-from nao_soccer.behavior.situation import Action, Body, Situation, beside_others
+from nao_soccer.behavior.situation import Action, Body, Situation
 from nao_soccer.behavior.walking import APART_FROM, Round, WalkLimits, kept_apart
 from nao_soccer.game_state import GameState, Phase, Role
 from nao_soccer.world.looking import unseen_robot
@@ -107,8 +107,6 @@ class Mind:
         if game.phase is not Phase.PLAYING:
             self._plan = None  # nothing has begun that would be worth keeping
         self._plan = self._planned(world, body, game)
-        beside = beside_others(world, self._duel)
-        limits = self._limits.scaled(self._duel.speed) if beside else self._limits
         situation = Situation(
             world,
             game,
@@ -117,7 +115,7 @@ class Mind:
             self._plan,
             self._field,
             self._goals,
-            limits,
+            self._limits,
             striker,
             rank,
             self._lost,
@@ -125,11 +123,14 @@ class Mind:
             self._duel,
         )
         action, path = self._engine.update(situation, world.stamp * 1e-9)
-        walk = kept_apart(action.walk, situation.near_robots(), limits)
+        walk = kept_apart(action.walk, situation.near_robots(), self._limits)
         if situation.gives_way and world.ball is not None and role is not Role.KEEPER:
             # Whatever the state of the tree: the ball is the other team's.
             near = Round(situation.ball, game.ball_distance, APART_FROM)
-            walk = kept_apart(walk, [near], limits)
+            walk = kept_apart(walk, [near], self._limits)
+        beside = any(
+            math.hypot(*each.position) < self._duel.lift_near for each in world.obstacles
+        )
         action = replace(
             action, walk=walk, head=_watching_way(action, situation),
             lift=self._duel.lift if beside else 1.0,

@@ -54,11 +54,6 @@ class Action:
     kick: Pose2 | None = None
 
 
-def beside_others(world: WorldState, duel: DuelSettings) -> bool:
-    """Another robot is near this one."""
-    return any(math.hypot(*each.position) < duel.lift_near for each in world.obstacles)
-
-
 @dataclass(frozen=True, slots=True)
 class Situation:
     """Everything that a decision depends on.
@@ -81,11 +76,6 @@ class Situation:
     lost: bool = False
     dives: bool = True
     duel: DuelSettings = dataclass_field(default_factory=DuelSettings)
-
-    @property
-    def beside_others(self) -> bool:
-        """Another robot is near this one."""
-        return beside_others(self.world, self.duel)
 
     @property
     def gives_way(self) -> bool:

@@ -12,7 +12,7 @@ from robot_core.types import FALLEN, IN_MOTION, STAND
 
 BALL_FORGOTTEN = 4.0
 """[s] since anybody saw the ball, after which it is searched."""
-BEHIND_ANGLE = 0.3
+BEHIND_ANGLE = 0.35
 """[rad] of the robot's place and heading, seen from the ball, at which it steps to the ball."""
 SPOT = 0.025
 """[m] error of the ball's place at which the robot stops before a kick."""

@@ -25,14 +25,10 @@ FACING = (0.25, 0.6)
 class WalkLimits(Settings):
     """The largest speeds that behaviour asks for; the gait reaches more, but not at once."""
 
-    forward: float = number(0.42, 0.01, 1.0, "m/s", "Forward.")
-    backward: float = number(0.2, 0.01, 1.0, "m/s", "Backward.")
-    side: float = number(0.23, 0.01, 1.0, "m/s", "To the side.")
-    turn: float = number(1.9, 0.05, 4.0, "rad/s", "Turning on the spot.")
-
-    def scaled(self, share: float) -> "WalkLimits":
-        """A share of these speeds."""
-        return WalkLimits(*(share * each for each in attrs.astuple(self)))
+    forward: float = number(0.35, 0.01, 1.0, "m/s", "Forward.")
+    backward: float = number(0.15, 0.01, 1.0, "m/s", "Backward.")
+    side: float = number(0.18, 0.01, 1.0, "m/s", "To the side.")
+    turn: float = number(1.5, 0.05, 4.0, "rad/s", "Turning on the spot.")
 
     def command(self, x: float, y: float, yaw: float) -> VelocityCommand:
         """The command [m/s, m/s, rad/s] in this direction within the limits, an ellipsoid."""
@@ -75,6 +71,7 @@ def walk_to(
     limits: WalkLimits,
     obstacles: Sequence[Round] = (),
     *,
+    speed: float = 1.0,
     facing: tuple[float, float] = FACING,
 ) -> VelocityCommand:
     """The velocity that leads to a pose; at the target it is nearly 0.
@@ -83,6 +80,7 @@ def walk_to(
         target: x, y [m], yaw [rad] in base_footprint.
         limits: Largest speeds.
         obstacles: What to walk around.
+        speed: Share of the limits.
         facing: [m] up to which the robot has the target's heading, and from which on it faces its
             way; in between it turns from one to the other.
     """
@@ -106,7 +104,8 @@ def walk_to(
     first = min(max((far - beyond) / (beyond - near), 0.0), 1.0)
     vx, vy, _ = limits.command(vx, (1.0 - first) * vy, 0.0)
     left = 1.0 - first + first * math.sqrt(1.0 - min(1.0, abs(turn) / limits.turn) ** 2)
-    return limits.command(left * vx, left * vy, turn)
+    command = limits.command(left * vx, left * vy, turn)
+    return VelocityCommand(*(speed * each for each in command)) if speed < 1.0 else command
 
 
 def _around(target: Point2, obstacles: Sequence[Round]) -> Point2:

@@ -599,49 +599,6 @@ def test_the_robot_leads_one_foot_to_the_ball_that_it_dribbles(
     assert decision.action.walk.x > 0.2
 
 
-@pytest.mark.parametrize("bearing", [0.0, 1.2, -2.0])
-def test_a_robot_before_the_ball_walks_around_it_and_faces_it(bearing: float) -> None:
-    """Ideally walked: no foot comes to the ball on the way, which is half a circle at most."""
-    mind = Mind(KickTable((), TABLE.dribbles), SCENE.field, GOALS)
-    ball, time = (0.0, 0.0), 0.0
-    pose = (0.5 * math.cos(bearing), 0.5 * math.sin(bearing), bearing + math.pi)
-    near, turned = math.inf, 0.0
-    while time < 10.0:
-        decision = mind.update(world(pose, ball, time=time), Body(GaitState.WALK))
-        if decision.path[-1].state != "walk behind ball":
-            break
-        x, y, _ = relative((*ball, 0.0), pose)
-        near, turned = min(near, math.hypot(x, y)), max(turned, abs(math.atan2(y, x)))
-        pose = compose(pose, tuple(0.05 * each for each in decision.action.walk))
-        time += 0.05
-    assert time < 6.0
-    assert near > 0.22
-    assert turned < 0.7
-
-
-def test_a_robot_that_still_turns_to_its_dribble_does_not_kick() -> None:
-    kick = TABLE.dribbles[0]
-    for yaw, kicks in ((0.0, True), (-0.2, False)):
-        mind = Mind(KickTable((), (kick,)), SCENE.field, GOALS)
-        ball = compose((0.0, 0.0, yaw), (kick.x + 0.04, kick.y, 0.0))[:2]
-        for i in range(4):
-            decision = mind.update(
-                world((0.0, 0.0, yaw), ball, time=0.05 * i), Body(GaitState.WALK)
-            )
-        assert decision.path[-1].state == "dribble"
-        assert (decision.action.kick is not None) is kicks
-
-
-def test_beside_others_the_robot_walks_slower() -> None:
-    asked = []
-    for beside in (1.4, 0.9):
-        state = world((-1.5, 0.0, 0.0), (1.5, 0.0), robots=((-1.5, beside),))
-        mind = new_mind()
-        walks = [mind.update(state, Body()).action.walk for _ in range(3)]
-        asked.append(walks[-1].x)
-    assert asked[1] == pytest.approx(DUEL.speed * asked[0], rel=0.02)
-
-
 def test_play_goes_on_while_the_referee_is_silent_and_messages_are_lost() -> None:
     """Ten seconds without the referee, 30 % of the team messages lost."""
     random = np.random.default_rng(3)
