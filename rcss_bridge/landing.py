@@ -1,9 +1,9 @@
-"""Free fall and landing: the server drops robots from 1 m, with their joints at zero.
+"""Free fall and landing: the referee drops robots, with their joints at zero.
 
 Whoever feels no force and has straight legs has been dropped: in a walk or a fall the knees are
-bent. So has whose legs have turned faster than any motor: straight at once, they are on their way
-back to the walk when the next message comes. The legs then go to a pose that gives way, and the
-walk begins anew once the robot has come to rest.
+bent. So has a robot whose legs have turned faster than any motor: the server straightens them at
+once, and in the next message they are on their way back to the walk. The legs then go to a pose
+that gives way, and the walk begins anew once the robot has come to rest.
 """
 
 import math
@@ -19,7 +19,7 @@ FREE = 0.3
 STRAIGHT = 0.2
 """[rad] up to which the joints of the legs count as at zero."""
 JUMP = 1.1
-"""Over the no-load speed of the fastest motor of the legs: no joint turns so fast."""
+"""Times the no-load speed of the fastest motor of the legs: no joint turns so fast."""
 CALM_FORCE, CALM_RATE = 2.0, 0.3
 """Largest difference of the specific force from gravity [m/s^2] and rate [rad/s] of a robot at
 rest."""

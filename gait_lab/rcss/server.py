@@ -23,7 +23,6 @@ ENDS_WITHIN = 5.0
 """[s] after which a server that was asked to end is killed."""
 
 
-
 def environment() -> Path:
     """Folder of the server's environment, which may not exist yet."""
     cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"

@@ -24,12 +24,9 @@ SETTLED = 2.0
 """[s] that a robot stands after it has landed, before it walks."""
 LATER = 0.06
 """[s] by which each start waits longer than the one before: the server has no noise."""
-TEAM = "nao_lipm_gait"
-NUMBER = 2
+TEAM, NUMBER = "nao_lipm_gait", 2
 ROBOT_OF = {each.robot: each for each in ROBOTS.values()}
 """The server's robots by their shipped names."""
-
-
 LIES_AT = 0.2
 """[m] of the torso of a robot that is laid down."""
 GETS_UP_WITHIN = 8.0
