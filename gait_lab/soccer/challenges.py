@@ -21,7 +21,7 @@ towards positive y. The time starts after it has stood for a while, as it was pl
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -60,9 +60,10 @@ OUT_OF_THE_WAY = -3.0, 0.0
 """[m] where the ball lies during a walk."""
 WALK_SPEED = 0.43
 """[m/s]"""
-WALK_STEER = 3.0
-"""[1/s] Turning speed over the bearing of the way; strong turns slow the walk down."""
-WALK_AHEAD = 0.3
+WALK_STEER = 2.0
+"""[1/s] Turning speed over the bearing of the way. Commands act a step later: with 3 / s the robot
+swings by 15 degrees."""
+WALK_AHEAD = 0.35
 """[m] along the way, to which the robot walks."""
 WALK_GAP, WALK_LONG = 0.36, 0.1
 """[m] between the way and the middle of an obstacle, which stands broadside to the way, and by how
@@ -133,6 +134,15 @@ class AlongWay(Planner):
         # The toes send the ball straight ahead, the outer edge of a foot nearly anywhere.
         toes = sorted(self._table.dribbles, key=lambda each: each.direction_spread)[:2]
         return BallPlan(min(toes, key=walk), True, direction, 0.0, 0.0)
+
+
+class Dribbler(Player):
+    """A player that keeps the ball at its feet: a kick in the walk would send it too far away."""
+
+    def decide_in(self, state: WorldState, body: Body) -> Decision:
+        """Walk against the ball only."""
+        decision = super().decide_in(state, body)
+        return decision._replace(action=replace(decision.action, kick=None))
 
 
 class AtTarget(Planner):
@@ -304,7 +314,7 @@ def _control(spec: ChallengeSpec) -> ChallengeResult:
         )
         planner = AlongWay(way, table, limits, pitch.field, pitch.goals)
         referee = ControlReferee(course, pitch.ball_radius)
-        for time, tick, pairs in attempt.run(partial(Player, limits=limits, planner=planner)):
+        for time, tick, pairs in attempt.run(partial(Dribbler, limits=limits, planner=planner)):
             referee.update(
                 time, pitch.ball, pitch.poses[0][:2],
                 attempt.feet(tick, loaded=False),
