@@ -43,7 +43,6 @@ from robot_core.rate_limiter import RateLimiter
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import (
     DOWN,
-    GRAVITY,
     IN_MOTION,
     LIFTED,
     MOTION,
@@ -166,7 +165,7 @@ class Gait:
         self._height = RateLimiter(HEIGHT_RATE)
         self._pitch = RateLimiter(PITCH_RATE)
         self._heading_lean = RateLimiter(PITCH_RATE, 0.0)
-        self._step_kick = StepKick(self._image.sole_outline, self._hip_torque())
+        self._step_kick = StepKick(self._image.sole_outline)
         self._tilt_compensation = TiltCompensation()
         self._placement = ComPlacement(self._image, self._body, make_legs(self._image))
         self._blend = StandBlend()
@@ -181,12 +180,6 @@ class Gait:
         self._ahead = 0
         self._residual = 0.0
         self._clipped = 0
-
-    def _hip_torque(self) -> float:
-        """Torque of the weakest hip motor over weight and height of the CoM."""
-        leg, height = self.robot.left_leg, self._size.length * self._parameters.com_height
-        weakest = min(self.robot.motors[j].stall_torque for j in (leg.hip_pitch, leg.hip_roll))
-        return weakest / (self._body.total_mass * GRAVITY * height)
 
     def _image_mass(self) -> float:
         """Mass [kg] under which the ground yields to the image's soles as to the robot's."""
@@ -300,7 +293,7 @@ class Gait:
         if state is WALK:
             if support != support_before:
                 base = self._estimator.odometry.base_footprint_in_odom
-                self._step_kick.begin_step(-support, base, p.foot_spacing)
+                self._step_kick.begin_step(-support, base, p.foot_spacing, p.kick_reach)
             targets = self._step_kick.apply(
                 targets, support, self._walk.time_left, dt if moves_on else 0.0
             )

@@ -89,6 +89,10 @@ class GaitParameters(Settings):
         0.03, 0.0, 0.06, "m", "Greatest height of the swing foot.",
         section="Swing foot",
     )
+    kick_reach: float = number(
+        0.08, 0.0, 0.15, "m",
+        "How far a foot that kicks in the walk swings beyond its way; slow motors make less of it.",
+    )
 
     feedback: bool = switch(
         True,

@@ -22,6 +22,7 @@ from robot_core.head_goals import Follow, Goal, LookAt
 from robot_core.motion.joints import robot_tree
 from robot_core.robot import JointLimit, RobotDescription
 from robot_core.types import (
+    GRAVITY,
     GaitStatus,
     Point2,
     Point3,
@@ -32,6 +33,10 @@ from robot_core.types import (
     VelocityCommand,
 )
 
+HELD, ENOUGH = 0.15, 0.4
+"""Torques of the weakest hip motor over weight and height of the CoM: what a leg that stands alone
+takes about, and what is enough for a whole kick. A Booster T1 (0.25) falls with it, but not with
+twice the torque."""
 SOLE_GAP = 0.035
 """[m] Smallest gap between the inner edges of the soles of an image with wide feet."""
 
@@ -164,6 +169,7 @@ class Proportions(NamedTuple):
         pace: Lowest no-load speed of hip pitch, knee and ankle pitch [rad/s].
         arm_swing: Swing of the arms whose yaw momentum is that of a leg, per metre of its foot
             [rad/m]; None without arms.
+        hip_torque: Stall torque of the weakest hip motor over weight and size [m].
     """
 
     sole_length: float
@@ -173,6 +179,7 @@ class Proportions(NamedTuple):
     hip: float
     pace: float
     arm_swing: float | None
+    hip_torque: float
 
 
 def proportions(robot: RobotDescription) -> Proportions:
@@ -190,9 +197,12 @@ def proportions(robot: RobotDescription) -> Proportions:
         for name in (leg.hip_pitch, leg.knee_pitch, leg.ankle_pitch)
     ]
     pace = Size(robot.size).time * min(speeds)
+    weight = GRAVITY * sum(each.mass for each in pin.buildModelFromXML(image.urdf).inertias)
+    torque = min(robot.motors[name].stall_torque for name in (leg.hip_pitch, leg.hip_roll))
     return Proportions(
-        x1 - x0, 0.5 * (x0 + x1), y1 - y0, -y0, hip, pace, _balancing_arm_swing(image)
-    )
+        x1 - x0, 0.5 * (x0 + x1), y1 - y0, -y0, hip, pace, _balancing_arm_swing(image),
+        torque / (weight * robot.size),
+    )  # fmt: skip
 
 
 def _balancing_arm_swing(image: RobotDescription) -> float | None:
@@ -224,7 +234,7 @@ def fitted(
     Returns:
         The parameters with the lengths of soles and hips that the robot has, with shorter steps if
         its motors are slower, and with a lower lift if they are or if the soles are shorter: their
-        ends reach less far down when they tilt. Lighter arms swing more.
+        ends reach less far down when they tilt. Lighter arms swing more. Weaker hips kick less.
     """
     own, other = proportions(robot), proportions(reference)
     p = parameters
@@ -237,6 +247,7 @@ def fitted(
         "foot_spacing": spacing,
     }
     pace = min(1.0, own.pace / other.pace)
+    spare = (own.hip_torque / p.com_height - HELD) / (ENOUGH - HELD)
     arms = own.arm_swing / other.arm_swing if own.arm_swing and other.arm_swing else 1.0
     for name, share in (
         ("swing_lift", min(pace, along)), ("step_forward_max", pace),
@@ -244,6 +255,7 @@ def fitted(
         ("pendulum_width", stance), ("pendulum_offset_y", stance),
         ("pendulum_shift_max", along), ("pendulum_shift_back_max", along),
         ("pendulum_shift_side_max", across), ("arm_swing", arms),
+        ("kick_reach", min(max(spare, 0.0), 1.0)),
     ):  # fmt: skip
         if name in p.as_dict():
             changes[name] = share * getattr(p, name)

@@ -1,36 +1,16 @@
 """One robot on the server: its gait between the percepts and the motors, without ROS."""
 
-from typing import Any
-
 from gait_lab.rcss.player import ServerPlayer
 from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.presets import DEFAULT
 from rcss_bridge import codec
 from rcss_bridge.body import CYCLE, Body
 from rcss_bridge.codec import Percepts
 from rcss_bridge.joints import ServerRobot
 from rcss_bridge.landing import Landing
 from robot_core.robot import load_robot
-from robot_core.types import DOWN, Pose2, VelocityCommand
+from robot_core.types import DOWN, GETTING_UP, Pose2, VelocityCommand
 
-DELAY = 0.03
-"""[s] from a percept to the effect of its answer, which acts a cycle later. With 0.02 to 0.04 a K1
-walks the same, with 0.05 it falls."""
-SERVER: dict[str, Any] = {
-    "gyro_pitch_gain": 0.0, "gyro_roll_gain": 0.0, "tilt_pitch_gain": 0.3, "swing_lift": 0.015,
-    "yaw_gyro": True,
-}  # fmt: skip
-"""Parameters of the gait in cycles of 20 ms, whose answers act a cycle later, on a floor that is
-flat and hard: with the gyro gains for 10 ms a K1 swings in pitch at 40 cm/s and falls, and in roll
-in walks to the side, whose steps then last 0.16 to 0.6 s. With a lift of 21 mm of a NAO it falls in
-fast turns."""
-OWN: dict[str, dict[str, Any]] = {
-    "booster_k1": {
-        "foot_spacing": 0.1168, "pendulum_offset_y": 0.0487, "pendulum_width": 0.0385,
-        "step_turn_max": 1.4, "step_side_share": 0.65,
-    },
-}  # fmt: skip
-"""Parameters of one robot: the stance of T1's preset, in which a K1 slips less in turns; a leading
-foot that takes 0.8 of a side step brings it to a halt above that foot, and it falls."""
 BEAM_MODES = ("BeforeKickOff", "Goal_Left", "Goal_Right")
 """Play modes in which the server takes `beam`."""
 
@@ -43,7 +23,7 @@ class Agent:
         team: Name of its team.
         start: x, y [m], yaw [rad] in the field of its team, where it begins; None = where the
             server puts it.
-        preset: Gait preset.
+        preset: Gait preset; the default one is that of this robot on the server.
         number: Of the player.
         field: The server's field, on which it plays soccer; empty = it walks as it is told.
         exact: It plays with percepts without errors, misses and delay.
@@ -57,15 +37,16 @@ class Agent:
         server_robot: ServerRobot,
         team: str,
         start: Pose2 | None = None,
-        preset: str = "default",
+        preset: str = DEFAULT,
         *,
         number: int = 2,
         field: str = "",
         exact: bool = False,
     ) -> None:
         robot = load_robot(server_robot.robot)
-        settings = SERVER | OWN.get(server_robot.robot, {})
-        self.gait = Gait(robot, preset, CYCLE, feedback_delay=DELAY, get_up=True, **settings)
+        if preset == DEFAULT:
+            preset = f"{robot.name}_rcss"
+        self.gait = Gait(robot, preset, CYCLE)
         self.landing = Landing(robot)
         self.percepts: Percepts | None = None
         self.falls = 0
@@ -126,7 +107,7 @@ class Agent:
                     player.dropped(self._put)
                 self._put = None
             targets = self.gait.step(frame, command if player is None else player.command)
-            down = self.gait.state in DOWN
+            down = self.gait.state in (*DOWN, GETTING_UP)
             self.falls += down and not self._down
             self._down = down
             if player is not None:

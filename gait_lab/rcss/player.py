@@ -7,13 +7,13 @@ import contextlib
 import math
 from dataclasses import replace
 
-import attrs
-
 from gait_lab.rcss.eyes import ServerEyes
 from gait_lab.rcss.field import BALL, ServerField
 from gait_lab.rcss.game import GOAL, Mode, game_state, mode_of
 from gait_lab.rcss.speech import pack, unpack
 from nao_lipm_gait.gait import Gait
+from nao_lipm_gait.parameters import load_preset
+from nao_lipm_gait.presets import DEFAULT
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.situation import Body
 from nao_soccer.behavior.walking import WalkLimits
@@ -39,8 +39,6 @@ BARRED = 20.0
 TEAM_SIZE = 11
 UNSEEN = 40.0
 """[s] for which odometry is enough: the landmarks are up to 20 m apart."""
-LIMITS = WalkLimits(forward=0.35, backward=0.2, side=0.2, turn=1.0)
-"""Largest speeds [m/s], [rad/s] that behaviour asks for."""
 
 
 class ServerPlayer:
@@ -76,7 +74,6 @@ class ServerPlayer:
         self._gait, self._size = gait, robot.size
         self._team, self._number = team, number
         self._field = ServerField(field, self._size)
-        speeds = {name: getattr(LIMITS, name) / self._size for name in _SPEEDS}
         self.player = Player(
             Identity(0, number, TEAM_SIZE),
             robot,
@@ -84,7 +81,7 @@ class ServerPlayer:
                 field=self._field.field, goals=self._field.goals, poles=self._field.poles,
                 seed=number, unseen=UNSEEN,
             ),
-            limits=attrs.evolve(LIMITS, **speeds),
+            limits=walk_limits(gait),
         )  # fmt: skip
         self._eyes = ServerEyes(robot, self._field, team, number, exact=exact)
         self.command: VelocityCommand = STANDSTILL
@@ -216,4 +213,20 @@ class ServerPlayer:
         return replace(goal, point=(x, y, z))
 
 
-_SPEEDS = ("forward", "backward", "side")
+def walk_limits(gait: Gait) -> WalkLimits:
+    """The largest speeds that behaviour asks of a robot, at the size of a NAO.
+
+    They are a NAO's, in proportion to the steps of the robot, which take longer if it is larger.
+    """
+    nao, own, limits = load_preset(DEFAULT), gait.parameters, WalkLimits()
+    pace = 1.0 / math.sqrt(gait.robot.size)
+    return WalkLimits(**{
+        name: pace * getattr(limits, name) * getattr(own, step) / getattr(nao, step)
+        for name, step in _STEPS.items()
+    })  # fmt: skip
+
+
+_STEPS = {
+    "forward": "step_forward_max", "backward": "step_backward_max", "side": "step_side_max",
+    "turn": "step_turn_max",
+}  # fmt: skip

@@ -12,12 +12,6 @@ from nao_lipm_gait.walks.swing_foot import raised_cosine
 from robot_core.geometry import relative
 from robot_core.types import LEFT, Point2, Pose2
 
-REACH = 0.08
-"""[m] by which the foot swings beyond its way; slow motors make less of a longer one."""
-HELD, ENOUGH = 0.15, 0.4
-"""Torques of the weakest hip motor over weight and height of the CoM: what a leg that stands alone
-takes about, and what is enough for the whole reach. A Booster T1 (0.25) falls with it, but
-not with twice the torque."""
 BEGIN, END = 0.3, 0.95
 """Shares of the step between which it does so: the foot is up, and fast where it meets the ball."""
 BALL = 0.05
@@ -37,12 +31,10 @@ class StepKick:
 
     Args:
         outline: Corners x, y [m] of the left sole.
-        hip_torque: Of the weakest hip motor, over weight and height of the CoM.
     """
 
-    def __init__(self, outline: Sequence[Point2], hip_torque: float) -> None:
+    def __init__(self, outline: Sequence[Point2]) -> None:
         self._outline = outline
-        self._reach = REACH * min(max((hip_torque - HELD) / (ENOUGH - HELD), 0.0), 1.0)
         self._goal: Pose2 | None = None
         self._radius = BALL
         self._waited = 0.0
@@ -53,10 +45,13 @@ class StepKick:
         """Kick a ball; place and radius [m], direction of its way [rad] are those of the image."""
         self._goal, self._radius, self._waited = ball, radius, 0.0
 
-    def begin_step(self, foot: int, base_footprint_in_odom: Pose2, spacing: float) -> None:
+    def begin_step(
+        self, foot: int, base_footprint_in_odom: Pose2, spacing: float, reach: float
+    ) -> None:
         """A foot, LEFT or RIGHT, begins to swing: kick, if the ball lies on its way.
 
-        `spacing` [m] is the distance between the ankles.
+        `spacing` [m] is the distance between the ankles; the foot swings by `reach` [m] beyond its
+        way.
         """
         self._phase, self._way = 0.0, (0.0, 0.0)
         if self._goal is None:
@@ -69,7 +64,7 @@ class StepKick:
         touching = self._radius + max(ux * px + uy * py for px, py in self._outline)
         along, across = x * ux + y * uy - touching, x * uy - y * ux
         if -BEFORE < along < BEYOND and abs(across) < BESIDE:
-            self._goal, self._way = None, (self._reach * ux, side * self._reach * uy)
+            self._goal, self._way = None, (reach * ux, side * reach * uy)
 
     def apply(
         self, targets: BodyTargets, support: int, time_left: float, dt: float

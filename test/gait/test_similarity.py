@@ -37,7 +37,11 @@ def enlarged(robot: RobotDescription, length: float) -> RobotDescription:
             for name, each in robot.limits.items()
         },
         motors={
-            name: attrs.evolve(each, no_load_speed=each.no_load_speed / sqrt(length))
+            name: attrs.evolve(
+                each,
+                no_load_speed=each.no_load_speed / sqrt(length),
+                stall_torque=length * each.stall_torque,
+            )
             for name, each in robot.motors.items()
         },
         sole_outline=tuple((length * x, length * y) for x, y in robot.sole_outline),
@@ -50,6 +54,21 @@ def test_the_nao_is_its_own_image() -> None:
     parameters = load_preset(DEFAULT)
     assert fitted(parameters, NAO, NAO).as_dict() == pytest.approx(parameters.as_dict())
     assert proportions(enlarged(NAO, GIANT)) == pytest.approx(proportions(NAO))
+
+
+def test_weak_hips_kick_less_far() -> None:
+    def reach(share: float) -> float:
+        motors = {
+            name: attrs.evolve(each, stall_torque=share * each.stall_torque)
+            for name, each in NAO.motors.items()
+        }
+        weak = dataclasses.replace(NAO, motors=motors)
+        return fitted(load_preset(DEFAULT), weak, NAO).kick_reach
+
+    full = load_preset(DEFAULT).kick_reach
+    assert reach(1.0) == reach(2.0) == full
+    assert 0.1 * full < reach(0.4) < 0.9 * full
+    assert reach(0.1) == 0.0
 
 
 def test_lighter_arms_swing_more() -> None:
