@@ -30,7 +30,7 @@ PRIORITY = 50
 _PR_SET_PDEATHSIG = 1
 
 
-def _end_with_parent(parent: int) -> None:
+def end_with_parent(parent: int) -> None:
     """On Linux, have the kernel end this child when its parent is killed, or was just before."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # the parent's handler is no use here
     with contextlib.suppress(OSError, AttributeError):
@@ -94,7 +94,7 @@ class NodeProcesses(AbstractContextManager["NodeProcesses"]):
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
-                preexec_fn=partial(_end_with_parent, os.getpid()),
+                preexec_fn=partial(end_with_parent, os.getpid()),
             )
 
     def log(self, name: str) -> Path:

@@ -4,9 +4,12 @@ import multiprocessing
 import os
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from multiprocessing.connection import wait
+from multiprocessing.process import BaseProcess
 
+from gait_lab.demo.node_processes import end_with_parent
 from gait_lab.rcss.agent import Agent
 from gait_lab.rcss.field import FIELD, ServerField
 from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
@@ -22,6 +25,7 @@ SETTLED = 2.0
 PATIENCE = 30.0
 """[s] for which a lost server, or a place on it, is looked for."""
 NUMBER_MAX = 99
+ASKED_TO_END = signal.SIGINT, signal.SIGTERM
 SPEED_MAX, TURN_MAX = 2.0, 4.0
 """Largest commands [m/s], [rad/s]."""
 
@@ -90,20 +94,63 @@ def run(
     ]
     if len(jobs) == 1:
         return walk(jobs[0], say)
-    context = multiprocessing.get_context("spawn")
-    processes = [context.Process(target=_in_process, args=(job,)) for job in jobs]
-    for process in processes:
-        process.start()
+    running: list[BaseProcess] = []
     try:
-        for process in processes:
-            process.join()
+        return supervise(jobs, _started, running, say)
     except KeyboardInterrupt:
-        for process in processes:
+        for process in running:
             process.terminate()
-        for process in processes:
+        for process in running:
             process.join()
         return EXIT_INTERRUPTED
-    return EXIT_OK if not any(process.exitcode for process in processes) else EXIT_FAILED
+
+
+def supervise(
+    jobs: Sequence[Job],
+    start: Callable[[Job], BaseProcess],
+    running: list[BaseProcess],
+    say: Callable[[str], None],
+) -> int:
+    """A process for each job until all have ended; who is killed begins anew.
+
+    Args:
+        jobs: Of the team.
+        start: Starts a process.
+        running: Holds the processes that run.
+        say: Tells what happens.
+
+    Returns:
+        The exit status.
+    """
+    owners: dict[object, tuple[BaseProcess, Job]] = {}
+
+    def begin(job: Job) -> None:
+        process = start(job)
+        running.append(process)
+        owners[process.sentinel] = process, job
+
+    for job in jobs:
+        begin(job)
+    status = EXIT_OK
+    while owners:
+        for ended in wait([process.sentinel for process in running]):
+            process, job = owners.pop(ended)
+            process.join()
+            running.remove(process)
+            code = process.exitcode or 0
+            if code < 0 and -code not in ASKED_TO_END:
+                say(f"{job.team} {job.number}: killed by signal {-code}; it begins anew")
+                begin(job)
+            elif code:
+                status = EXIT_FAILED
+    return status
+
+
+def _started(job: Job) -> BaseProcess:
+    context = multiprocessing.get_context("spawn")
+    process = context.Process(target=_in_process, args=(job, os.getpid()))
+    process.start()
+    return process
 
 
 def walk(job: Job, say: Callable[[str], None], wait: Callable[[float], None] = time.sleep) -> int:
@@ -165,7 +212,8 @@ def _cycles(
             return percepts.time - began
 
 
-def _in_process(job: Job) -> None:
+def _in_process(job: Job, parent: int) -> None:
+    end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         status = walk(job, lambda text: print(text, flush=True))

@@ -1,10 +1,13 @@
 """A robot on a server: a small one that speaks the protocol, and rcsssmj where it is installed."""
 
 import math
+import os
+import signal
+from typing import Any
 
 import pytest
 
-from gait_lab.rcss.command import Job, run, walk
+from gait_lab.rcss.command import Job, run, supervise, walk
 from gait_lab.rcss.field import ServerField
 from gait_lab.rcss.server import Server, is_installed
 from nao_lipm_gait import load_robot
@@ -52,6 +55,37 @@ def test_it_comes_back_after_the_server_was_away():
         assert run(**{**GIVEN, "port": server.port}, say=said.append) == 0
     assert len(server.inits) == 2
     assert any("closed the connection" in each for each in said)
+
+
+class Ended:
+    """A process that has ended."""
+
+    def __init__(self, exitcode: int) -> None:
+        self.exitcode = exitcode
+        self.sentinel, other = os.pipe()
+        os.close(other)
+
+    def join(self) -> None:
+        os.close(self.sentinel)
+
+
+@pytest.mark.parametrize(
+    ("codes", "starts", "status"),
+    [
+        ({1: [0], 2: [-signal.SIGKILL, 0]}, 3, 0),
+        ({1: [-signal.SIGTERM], 2: [0]}, 2, 1),
+        ({1: [1], 2: [-signal.SIGSEGV, -signal.SIGKILL, 0]}, 4, 1),
+    ],
+)
+def test_a_killed_player_begins_anew(codes: dict[int, list[int]], starts: int, status: int):
+    said: list[str] = []
+    running: list[Any] = []
+    left = {number: list(each) for number, each in codes.items()}
+    jobs = [Job("", 0, "ours", each, "K1", STANDSTILL, 1.0, "default") for each in codes]
+    done = supervise(jobs, lambda job: Ended(left[job.number].pop(0)), running, said.append)
+    assert (done, running) == (status, [])
+    assert not any(left.values())
+    assert len(said) == starts - len(codes)
 
 
 def test_it_comes_back_although_its_old_place_is_taken_for_a_while():
