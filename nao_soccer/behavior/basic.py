@@ -20,6 +20,10 @@ PUSH_FOOT = 0.06
 """[m] from the middle of the robot to the middle of a foot that pushes the ball."""
 PUSH_NEAR = 0.17
 """[m] ahead: a nearer ball that is beside the foot would be passed or kicked to the side."""
+PUSH_ACROSS = 0.045
+"""[m] beside that place, up to which a foot that swings askew hits the ball with its middle."""
+ASKEW = 0.3
+"""[rad] by which a dribbled ball may be kicked beside its way rather than be missed."""
 LOST_TURN = 0.3
 """[rad] by which a robot that is lost always wants to turn; slowly, so that images are sharp."""
 SEARCH_TURN = 0.7
@@ -96,8 +100,7 @@ def walk_behind_ball(s: Situation) -> Action:
 
 def step_to_ball(s: Situation) -> Action:
     """Walk the last steps to the place from which the robot kicks."""
-    walk = walk_to(s.kick_pose, s.limits, speed=0.6, facing=(1.0, 2.0))
-    return Action(walk, head=HeadMode.BALL)
+    return Action(walk_to(s.kick_pose, s.limits, facing=(1.0, 2.0)), head=HeadMode.BALL)
 
 
 def settle(s: Situation) -> Action:
@@ -124,19 +127,30 @@ def dribble(s: Situation) -> Action:
     forward = s.limits.forward * max(0.25, 1.0 - abs(across) / DRIBBLE_ACROSS)
     vx, vy = rotate_planar(forward, 2.0 * across, direction)
     head = HeadMode.BALL if s.ball_distance < 0.5 else HeadMode.AUTO
+    way = math.remainder(s.plan.direction - s.own[2], math.tau)
+    askew = min(max(_through(s.ball) - way, -ASKEW), ASKEW)
     return Action(
-        s.limits.command(vx, vy, 1.5 * direction), head=head,
-        kick=(*s.ball, s.plan.direction - s.own[2]),
-    )  # fmt: skip
+        s.limits.command(vx, vy, 1.5 * direction), head=head, kick=(*s.ball, way + askew)
+    )
 
 
 def push(s: Situation) -> Action:
-    """Walk straight ahead, with the nearer foot to the ball; to the side first if it is beside."""
+    """Walk ahead and kick with the nearer foot; to the side first if the ball is beside."""
     x, y = s.ball
     across = y - math.copysign(PUSH_FOOT, y)
+    across -= min(max(across, -PUSH_ACROSS), PUSH_ACROSS)
     share = max(0.0, 1.0 - abs(across) / DRIBBLE_ACROSS)
     ahead = s.limits.forward * max(share, 0.25 if x > PUSH_NEAR else 0.0)
-    return Action(s.limits.command(ahead, 2.5 * across, 0.0), head=HeadMode.BALL, kick=(x, y, 0.0))
+    return Action(
+        s.limits.command(ahead, 2.5 * across, 0.0), head=HeadMode.BALL,
+        kick=(x, y, _through(s.ball)),
+    )  # fmt: skip
+
+
+def _through(ball: Point2) -> float:
+    """The direction [rad] in which the nearer foot hits the ball with its middle."""
+    x, y = ball
+    return math.atan2(y - math.copysign(PUSH_FOOT, y), max(x, PUSH_NEAR))
 
 
 def keep_distance(s: Situation) -> Action:

@@ -134,6 +134,7 @@ class Mind:
         action = replace(
             action, walk=walk, head=_watching_way(action, situation),
             lift=self._duel.lift if beside else 1.0,
+            kick=action.kick if walk.x > 0.0 else None,  # who kicks while it steps back falls
         )  # fmt: skip
         return Decision(world, action, path, self._plan)
 

@@ -71,7 +71,6 @@ def walk_to(
     limits: WalkLimits,
     obstacles: Sequence[Round] = (),
     *,
-    speed: float = 1.0,
     facing: tuple[float, float] = FACING,
 ) -> VelocityCommand:
     """The velocity that leads to a pose; at the target it is nearly 0.
@@ -80,7 +79,6 @@ def walk_to(
         target: x, y [m], yaw [rad] in base_footprint.
         limits: Largest speeds.
         obstacles: What to walk around.
-        speed: Share of the limits.
         facing: [m] up to which the robot has the target's heading, and from which on it faces its
             way; in between it turns from one to the other.
     """
@@ -104,8 +102,7 @@ def walk_to(
     first = min(max((far - beyond) / (beyond - near), 0.0), 1.0)
     vx, vy, _ = limits.command(vx, (1.0 - first) * vy, 0.0)
     left = 1.0 - first + first * math.sqrt(1.0 - min(1.0, abs(turn) / limits.turn) ** 2)
-    command = limits.command(left * vx, left * vy, turn)
-    return VelocityCommand(*(speed * each for each in command)) if speed < 1.0 else command
+    return limits.command(left * vx, left * vy, turn)
 
 
 def _around(target: Point2, obstacles: Sequence[Round]) -> Point2:

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nao_soccer import player as player_module
+from nao_soccer.behavior import basic
 from nao_soccer.behavior.ball_plan import Planner
 from nao_soccer.behavior.duel import DuelSettings
 from nao_soccer.behavior.kicks import KickTable, load_kicks
@@ -39,7 +40,7 @@ from nao_soccer.world.state import (
 )
 from robot_core.errors import NaoGaitError
 from robot_core.field import Goals
-from robot_core.geometry import compose, relative
+from robot_core.geometry import compose, relative, rotate_planar
 from robot_core.motion.library import MotionLibrary, shipped_library
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import GaitState, Pose2, PoseCovariance, VelocityCommand
@@ -440,6 +441,33 @@ def test_in_a_duel_a_ball_at_the_feet_is_pushed_ahead_at_once(y: float, aside: f
     assert walk.x > (0.1 if aside == 0.0 else 0.0)
     assert walk.y * aside >= 0.0
     assert abs(walk.y) > 0.05 or aside == 0.0
+
+
+@pytest.mark.parametrize("y", [0.03, -0.06, 0.1, -0.13])
+def test_the_foot_that_pushes_swings_through_the_ball(y: float) -> None:
+    """Beside the foot's middle the ball would be missed, or touched by an edge only."""
+    situation = Situation(
+        world((0.0, 0.0, 0.0), (0.18, y)), GameState(), Body(), Role.STRIKER, None, SCENE.field,
+        GOALS, LIMITS,
+    )  # fmt: skip
+    kick = basic.push(situation).kick
+    assert kick is not None
+    x, y, direction = kick
+    ahead, aside = rotate_planar(x, y - math.copysign(basic.PUSH_FOOT, y), -direction)
+    assert ahead > 0.0
+    assert aside == pytest.approx(0.0, abs=0.005)
+
+
+def test_no_foot_kicks_while_the_robot_steps_back() -> None:
+    """From another robot that is too near, with the ball between their feet."""
+    for x, kicks in ((-0.45, True), (-0.75, False)):
+        mind = new_mind()
+        for i in range(3):
+            state = world((-1.0, 0.0, 0.0), (-0.8, 0.06), time=0.1 * i, robots=((x, -0.05),))
+            decision = mind.update(state, Body(GaitState.WALK))
+        assert decision.path[-1].state == "push"
+        assert (decision.action.walk.x > 0.0) is kicks
+        assert (decision.action.kick is not None) is kicks
 
 
 def test_a_ball_is_not_pushed_towards_the_own_goal_nor_without_need() -> None:
