@@ -60,6 +60,7 @@ from robot_core.ros.parameters import (
     node_parameter,
     of_type,
     refused,
+    set_in_turns,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.topics import (
@@ -184,6 +185,7 @@ class GaitNode(Node):
             value = getattr(parameters, parameter.name, parameter.default)
             declare(self, parameter, value, read_only=False)
         keep_types(self, PARAMETERS)
+        set_in_turns(self)
         self.add_pre_set_parameters_callback(self._with_implied)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)

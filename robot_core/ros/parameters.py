@@ -1,7 +1,7 @@
 """ROS parameters from fields of the schema: declared, checked at start and on every change."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
 from typing import TypeVar
 
 from rcl_interfaces.msg import (
@@ -10,8 +10,12 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
+from rcl_interfaces.srv import SetParameters
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
+from rclpy.qos import qos_profile_parameters
 
 from robot_core.errors import NaoGaitError, is_number
 from robot_core.schema import Choice, Field, Kind, Number, Switch, Text
@@ -122,6 +126,46 @@ def keep_types(node: Node, fields: Iterable[Field]) -> None:
         ]
 
     node.add_pre_set_parameters_callback(converted)
+
+
+class _Turn:
+    """Awaited, it lets the executor serve what is ready."""
+
+    def __init__(self, node: Node) -> None:
+        if node.executor is not None:
+            node.executor.create_task(int)  # wakes it: it would wait for a message
+
+    def __await__(self) -> Generator[None, None, None]:
+        yield
+
+
+def set_in_turns(node: Node) -> None:
+    """Let `set_parameters` serve what is ready after each parameter.
+
+    rclpy sets all parameters of a request in one callback; a file of them would hold up a tick. The
+    service has a group of its own, because a group is blocked until a callback has ended.
+    """
+    name = f"{node.get_name()}/set_parameters"
+
+    async def set_each(
+        request: SetParameters.Request, response: SetParameters.Response
+    ) -> SetParameters.Response:
+        for message in request.parameters:
+            try:
+                result = node.set_parameters_atomically([RosParameter.from_parameter_msg(message)])
+            except ParameterNotDeclaredException as error:
+                result = SetParametersResult(successful=False, reason=str(error))
+            response.results.append(result)
+            await _Turn(node)
+        return response
+
+    for service in tuple(node.services):
+        if service.srv_name.endswith(name):
+            node.destroy_service(service)
+    node.create_service(
+        SetParameters, name, set_each, qos_profile=qos_profile_parameters,
+        callback_group=MutuallyExclusiveCallbackGroup(),
+    )  # fmt: skip
 
 
 def warn_of_unknown_overrides(node: Node, known: Iterable[str]) -> None:
