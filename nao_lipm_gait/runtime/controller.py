@@ -183,7 +183,9 @@ class GaitController:
         if isinstance(message, JointInput):
             now = self._clock()
             walking = self._gait.state in ON_THE_WAY
-            taken = self._intake.joints(message, now, walking=walking, tilt=self._tilt)
+            taken = self._intake.joints(
+                message, now, walking=walking, tilt=self._tilt, driven=self._supervisor.drives
+            )
             self._reporter.joints_arrived(now, message.waited, repeated=taken.repeated)
             self._act_on(taken, answers)
         elif isinstance(message, ImuInput):
@@ -207,6 +209,7 @@ class GaitController:
         if taken.new_time is not None:
             self._begin(taken.new_time)
         for frame in taken.frames:
+            self._supervisor.admit(frame)
             answers.append(self._tick(frame, taken.gaps))
         if taken.again is not None:
             answers.append(Answer(taken.again))

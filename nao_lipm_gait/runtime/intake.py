@@ -40,12 +40,14 @@ class Gaps(NamedTuple):
         imu_behind: Time [ns] from the newest IMU sample to such a frame; None if none arrives.
         unread_since: Stamp since which joints are substituted [ns]; None while they are read.
         off_rate: The joint states come too rarely for the control period.
+        wrong: Leg joints do not follow their targets, which stand in for them.
     """
 
     blind_since: int | None = None
     imu_behind: int | None = None
     unread_since: int | None = None
     off_rate: bool = False
+    wrong: bool = False
 
 
 COMPLETE = Gaps()
@@ -102,7 +104,7 @@ class Intake:
         self._seconds = control_period
         self._period = round(control_period * 1e9)
         self._stamps = StampMonitor(self._period, MISSED_TICKS_MAX)
-        self._validation = SensorValidation(robot, say)
+        self._validation = SensorValidation(robot, control_period, say)
         self._sync = FrameSync(self._period)
         self._age = SensorAge(control_period)
         self._command_lag = robot.command_lag
@@ -145,8 +147,9 @@ class Intake:
         return NOTHING if frame is None else self._completed((frame,))
 
     def joints(
-        self, message: JointInput, now: float, *, walking: bool, tilt: tuple[float, float]
-    ) -> Taken:
+        self, message: JointInput, now: float, *, walking: bool, tilt: tuple[float, float],
+        driven: bool = False,
+    ) -> Taken:  # fmt: skip
         """Take a joint state.
 
         Args:
@@ -154,6 +157,7 @@ class Intake:
             now: Wall time [s], for what is reported.
             walking: The robot walks, so its joints must move.
             tilt: Last known roll and pitch of the torso [rad], which an IMU that is gone keeps.
+            driven: The motors follow the targets of a stand or walk, as far as is known.
 
         Raises:
             NaoGaitError: If it cannot be read.
@@ -162,7 +166,9 @@ class Intake:
         step = self._stamps.classify(stamp)
         if step is Step.NEXT:
             delay = self._delay + self._age.late * self._period
-            sample = self._validation.next_joints(message, stamp, delay=delay, walking=walking)
+            sample = self._validation.next_joints(
+                message, stamp, delay=delay, walking=walking, driven=driven
+            )
         else:
             sample = self._validation.read_joints(message, stamp)
         self._arrival = message.arrived
@@ -201,9 +207,11 @@ class Intake:
         """The frames with their age, and what is missing of them."""
         frames = tuple([self._aged(frame) for frame in frames])
         blind, unread = self._sync.blind_since, self._validation.unread_since
-        if blind is None and unread is None and not self._off_rate:
+        wrong = bool(self._validation.joints.trouble)
+        if blind is None and unread is None and not (self._off_rate or wrong):
             return Taken(frames, COMPLETE, new_time)
-        return Taken(frames, Gaps(blind, self._sync.imu_behind, unread, self._off_rate), new_time)
+        gaps = Gaps(blind, self._sync.imu_behind, unread, self._off_rate, wrong)
+        return Taken(frames, gaps, new_time)
 
     def _aged(self, frame: SensorFrame) -> SensorFrame:
         late = self._age.update(frame.stamp, self._arrival)

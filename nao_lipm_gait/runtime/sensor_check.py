@@ -11,6 +11,7 @@ import numpy as np
 
 from nao_lipm_gait.runtime.imu_axes import ImuAxes
 from nao_lipm_gait.whole_body.body_model import BodyModel
+from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
 from robot_core.types import GRAVITY, LEFT, RIGHT, FloatArray, SensorFrame
 
@@ -30,6 +31,11 @@ LYING_TICKS = 60
 """Ticks in which the loads of the soles must arrive; a robot that lies gets up later."""
 INVERTED_TILT = 2.3
 """[rad] from there on the vertical points into the floor: no robot lies like that."""
+SOLE_ANGLE, SOLE_STEP, SOLE_TILT = 0.15, 0.015, 0.3
+"""[rad, m of a NAO, rad] Largest angle and step between the soles of a robot that stands, by its
+joints, and largest angle between them and the vertical of an IMU that shows an upright torso."""
+UPRIGHT_TORSO = 0.25
+"""[rad] Largest angle between the torso's z axis and the vertical of the IMU for that."""
 ABSURD_TICKS, ABSURD_FIRST = 15, 5
 """Ticks over which the gyro's size is judged, and must be wrong in a stand; the first of them."""
 ABSURD, ABSURD_RATE = 50.0, 0.2
@@ -55,6 +61,7 @@ class SensorCheck:
 
     def __init__(self, robot: RobotDescription, period: float, *, yaw_gyro: bool) -> None:
         self._body = BodyModel(robot)
+        self._step = SOLE_STEP * robot.size
         self._dt, self._yaw_gyro = period, yaw_gyro
         self.restart()
 
@@ -151,6 +158,31 @@ class SensorCheck:
         if self._doubtful and not self._gravity_is_right:
             return self.at_rest(frame)
         return frame
+
+    def wrong_pose(self, frame: SensorFrame) -> NaoGaitError | None:
+        """Why the joints of an upright robot with both soles on the floor are wrong; None if not.
+
+        Such a robot must not get targets: it would jump to the pose that its joints show.
+        """
+        up = self._vertical(frame)
+        left, right = self._body.sole_in_torso(LEFT), self._body.sole_in_torso(RIGHT)
+        angle = _angle(np.array(left.normal), np.array(right.normal))
+        step = abs(float((np.array(left.position) - np.array(right.position)) @ up))
+        force = frame.linear_acceleration
+        upright = _angle(force, np.array((0.0, 0.0, 1.0))) < UPRIGHT_TORSO
+        tilt = _angle(force, up) if upright else 0.0
+        for name, got, allowed, unit in (
+            ("angle between the soles", angle, SOLE_ANGLE, "rad"),
+            ("height of one sole over the other", step, self._step, "m"),
+            ("tilt of both soles, while the IMU is upright", tilt, SOLE_TILT, "rad"),
+        ):
+            if got > allowed:
+                text = (
+                    f"at most {allowed:.2g} {unit} in a stand on both soles; sign, name, zero, "
+                    "scale or unit of a leg joint? Nothing is sent to the joints"
+                )
+                return NaoGaitError(f"joint_states position: {name}", f"{got:.2g} {unit}", text)
+        return None
 
     def _judge_gravity(self, frame: SensorFrame) -> None:
         if self._gravity_is_right:

@@ -47,6 +47,10 @@ TEMPERATURE_ABSURD = 500.0
 """[deg C]"""
 CARRIED_TIME = 60_000_000
 """[ns] of load on both soles after which a robot that seems to lie does not."""
+LOADS_AWAITED = 20
+"""Frames without a wrong pose, or without load on both soles, that clear up a doubt."""
+FIRST_STEPS = 2
+"""Steps of a walk, so slow that it can end within one."""
 SIT_DOWN = "sit"
 """Motion that saves hot legs."""
 
@@ -97,6 +101,9 @@ class Supervisor:
         )
         self._stand_check = StandCheck(gait.robot)
         self._motors_ready = True
+        self._admitted = False
+        self._doubt: NaoGaitError | None = None
+        self._cleared = 0
         self._ticked = False
         self._held = 0
 
@@ -106,7 +113,14 @@ class Supervisor:
         check = self._check
         return bool(
             self._lift is not None or self._outage.blind or check.seems_to_lie or check.trouble
-        )
+            or self._doubt is not None
+        )  # fmt: skip
+
+    @property
+    def drives(self) -> bool:
+        """The joints should follow the targets: the robot stands or walks by its own motors."""
+        state = self._gait.state
+        return self._motors_ready and (state is STAND or state in ON_THE_WAY)
 
     # -- messages ----------------------------------------------------------------------------------
 
@@ -136,13 +150,35 @@ class Supervisor:
 
     # -- the tick ----------------------------------------------------------------------------------
 
+    def admit(self, frame: SensorFrame) -> None:
+        """Check the pose in which the robot is found, before it gets its first targets.
+
+        Raises:
+            NaoGaitError: It stands on both soles and its joints say that it does not, or the loads
+                of the soles, which tell whether it stands, are awaited.
+        """
+        if self._admitted:
+            return
+        wrong = self._check.wrong_pose(frame)
+        self._doubt = wrong or self._doubt
+        if self._doubt is not None:
+            stands = self._loads.both_time(frame.stamp) >= CARRIED_TIME
+            self._cleared = 0 if wrong is not None and stands else self._cleared + 1
+            if self._cleared < LOADS_AWAITED:
+                self._say.begin(SENSORS, Level.ERROR, "wrong pose", str(self._doubt))
+                raise self._doubt
+        self._admitted, self._doubt = True, None
+        self._say.end("wrong pose", "the joints show a pose in which the robot may be")
+
     def decide(self, frame: SensorFrame, gaps: Gaps) -> tuple[SensorFrame, VelocityCommand]:
         """The frame and the velocity that the gait gets in this tick."""
         stamp, gait = frame.stamp, self._gait
         leg = self._heat.update(stamp * 1e-9, down=gait.state in DOWN)
         if leg:
             self._sit_down(leg)
-        stands = self._sensors_are_missing(stamp, gaps) or gaps.off_rate
+        stands = self._sensors_are_missing(stamp, gaps) or gaps.off_rate or gaps.wrong
+        if gaps.wrong and gait.state in ON_THE_WAY and gait.status.step_count <= FIRST_STEPS:
+            self.restart()  # puts the foot down where it is: the walk was led by wrong joints
         if not self._check.done:
             frame, wrong = self._proven(frame, blind=gaps.blind_since is not None)
             stands = stands or wrong
@@ -263,6 +299,9 @@ class Supervisor:
         if self._lift is not None:
             self._lift.restart()
         if not time.steady:
+            self._admitted, self._cleared = False, 0
+            if self._check.trouble:
+                self._check.restart()  # the sensors may be mended
             self.restart(moved=True)
             return
         self._gait.continue_at(time.stamp)

@@ -5,10 +5,12 @@ A message passes these checks in this order:
 1. fields: all joints there, every number finite and inside its range; else the message is refused;
 2. stuck sensors: the same numbers again and again while the robot moves;
 3. spikes: a change that the robot cannot make from one sample to the next, or that a gyro does not
-   confirm with its next one. The accelerometer's value of the same sample is not used either.
+   confirm with its next one. The accelerometer's value of the same sample is not used either;
+4. joints that do not follow their targets, until they have proved themselves: `JointCheck`.
 
-While joints cannot be read, are stuck or show a spike, the walk continues on the positions that
-were commanded one feedback delay earlier. They are known well enough for a short time.
+While joints cannot be read, are stuck, show a spike or are wrong, the walk continues on the
+positions that were commanded one feedback delay earlier. They are known well enough for a short
+time.
 """
 
 import math
@@ -20,6 +22,7 @@ import numpy as np
 
 from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
+from nao_lipm_gait.runtime.joint_check import JointCheck
 from nao_lipm_gait.runtime.stamps import LONGEST_GAP
 from robot_core.errors import NaoGaitError
 from robot_core.log import Level
@@ -226,15 +229,18 @@ class SensorValidation:
 
     Args:
         robot: The robot that is measured.
+        period: Control period [s].
         say: Takes what was found.
 
     Attributes:
+        joints: Whether they follow their targets.
         unread_since: Stamp of the first of the joint states in a row that were substituted at least
             in part [ns]; None while joints are read.
     """
 
-    def __init__(self, robot: RobotDescription, say: Diagnostics) -> None:
+    def __init__(self, robot: RobotDescription, period: float, say: Diagnostics) -> None:
         self._say = say
+        self.joints = JointCheck(robot, period)
         self._reader = JointReader(robot)
         self._names = robot.joint_names
         self._fastest = SPEED_SHARE * np.asarray(robot.velocity_limit, dtype=float)
@@ -258,6 +264,7 @@ class SensorValidation:
         """Begin a new time base with `joints`; the gyro of a `steady` robot is still good."""
         self._forget_repeats(joints.position)
         self._commands.clear()
+        self.joints.restart()
         self.unread_since = None
         self._joints_at = joints.stamp
         self._joint_steps.restart(joints.position)
@@ -343,12 +350,13 @@ class SensorValidation:
         return JointSample(stamp, self._reader.read(message))
 
     def next_joints(
-        self, message: JointInput, stamp: int, *, delay: int, walking: bool
+        self, message: JointInput, stamp: int, *, delay: int, walking: bool, driven: bool = False
     ) -> JointSample:
         """Validate the joint state that follows the last one.
 
         Positions that cannot be used are replaced by those that were commanded `delay` [ns] before.
-        The joints of a robot that is `walking` must move.
+        The joints of a robot that is `walking` must move, and those of one that is `driven`, in a
+        stand or a walk, must follow their targets.
 
         Raises:
             NaoGaitError: If the joints cannot be read and no command tells where they are.
@@ -364,9 +372,26 @@ class SensorValidation:
         if self._are_stuck(position, commanded, walking) and commanded is not None:
             trouble = "joint_states position: stuck while the robot walks"
             return self._substituted(stamp, commanded, trouble, trouble)
+        wrong = self._are_wrong(position, commanded if driven else None, walking)
         position = self._without_spikes(stamp, position, commanded)
         self._joints_at = stamp
-        return JointSample(stamp, position)
+        return JointSample(stamp, commanded if wrong and commanded is not None else position)
+
+    def _are_wrong(
+        self, position: FloatArray, commanded: FloatArray | None, walking: bool
+    ) -> bool:
+        check = self.joints
+        if check.done:
+            return False
+        if commanded is None:
+            check.interrupt()
+            return False
+        check.update(position, commanded, walking=walking)
+        if not check.trouble:
+            self._say.end("wrong joints", "the leg joints follow their targets")
+            return False
+        self._say.begin(SENSORS, Level.ERROR, "wrong joints", check.trouble)
+        return True
 
     def _are_stuck(
         self, position: FloatArray, commanded: FloatArray | None, walking: bool

@@ -40,7 +40,7 @@ class Sensors:
 
     def __init__(self) -> None:
         self.diagnostics = Diagnostics(lambda: 0.0)
-        self.validation = SensorValidation(ROBOT, self.diagnostics)
+        self.validation = SensorValidation(ROBOT, 0.01, self.diagnostics)
         self.stamp = 0
 
     def joints(

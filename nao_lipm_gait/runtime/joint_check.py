@@ -1,0 +1,157 @@
+"""Do the leg joints follow their targets? Judged from the first stand to the first steps.
+
+Each reading is compared with its own target, and with what it would be if something were wrong: a
+sign, a unit, a scale, a zero, a name, a joint that is stuck. A wrong command shows the same.
+"""
+
+from collections import deque
+
+import numpy as np
+
+from nao_lipm_gait.whole_body.feed_forward import FeedForward
+from robot_core.robot import RobotDescription
+from robot_core.types import FloatArray
+
+WINDOW = 0.3
+"""[s] over which a reading is compared."""
+EVERY = 3
+"""Ticks between two comparisons."""
+LAGS = range(-6, 7)
+"""Ticks by which a joint may be later than `feedback_delay` says: that may be wrong, too."""
+DEVIATION, YIELDING_DEVIATION = 0.014, 0.14
+"""[rad] Deviation (root mean square) that needs an explanation, also of motors that give way.
+Healthy NAOs reach 0.01 in a stand and 0.08 in steps, which nothing else explains."""
+BETTER = 10.0
+"""Times by which the squares that another explanation leaves must be smaller."""
+NOISE = 0.004
+"""[rad] that no explanation has to explain."""
+GROSS = 0.2, 0.4
+"""[rad] Deviation that needs no other explanation; of motors that give way."""
+ZERO_MIN = 0.1
+"""[rad] Smaller wrong zeros are for the calibration."""
+MOVED = 0.05
+"""[rad] by which the target of a joint must move before the joint is stuck."""
+PROVEN_RANGE, PROVEN_SHARE = 0.1, 1.0 / 16.0
+"""A joint has proved itself if its target moved by this [rad] in steps, and its deviation is this
+share of the target's variance."""
+SCALES = {
+    -1.0: "sign of the reading or of the command?",
+    0.5: "scale 0.5?",
+    2.0: "scale 2?",
+    180.0 / np.pi: "unit deg instead of rad?",
+}
+STUCK, OTHER = "does not move; encoder, cable or motor?", "motor off, blocked or moved by others?"
+
+
+class JointCheck:
+    """Compares readings with targets; one tick after the other.
+
+    Args:
+        robot: The robot.
+        period: Control period [s].
+
+    Attributes:
+        trouble: What is wrong; empty while nothing is known to be.
+        done: All leg joints have proved themselves.
+    """
+
+    def __init__(self, robot: RobotDescription, period: float) -> None:
+        names = dict.fromkeys((*robot.left_leg.names, *robot.right_leg.names))
+        self._names = list(names)
+        self._index = [robot.index(name) for name in names]
+        yields = FeedForward(robot).needed
+        self._deviation = YIELDING_DEVIATION if yields else DEVIATION
+        self._gross = GROSS[yields]
+        self._ticks = round(WINDOW / period)
+        self._size = self._ticks + LAGS[-1] - LAGS[0]
+        self.restart()
+
+    def restart(self) -> None:
+        """The sensors may be others from here on."""
+        self._measured: deque[FloatArray] = deque(maxlen=self._size)
+        self._targets: deque[FloatArray] = deque(maxlen=self._size)
+        self._proven = np.zeros(len(self._names), dtype=bool)
+        self._final = self.done = False
+        self._walked = self._wait = 0
+        self.trouble = ""
+
+    def interrupt(self) -> None:
+        """The joints need not follow, or nobody knows their targets."""
+        self._measured.clear()
+        self._targets.clear()
+        self._walked = 0
+
+    def update(self, measured: FloatArray, target: FloatArray, *, walking: bool) -> None:
+        """One tick of a robot that stands or walks: joint angles and their targets (n,) [rad]."""
+        self._measured.append(measured[self._index])
+        self._targets.append(target[self._index])
+        self._walked = self._walked + 1 if walking else 0
+        self._wait += 1
+        if self._wait >= EVERY and len(self._measured) == self._size and not self._final:
+            self._wait = 0
+            self._judge()
+
+    def _judge(self) -> None:
+        measured, targets = np.array(self._measured), np.array(self._targets)
+        first = LAGS[-1]
+        measured = measured[first : first + self._ticks]
+        shifted = [targets[first - lag : first - lag + self._ticks] for lag in LAGS]
+        own = np.min([np.mean((measured - each) ** 2, axis=0) for each in shifted], axis=0)
+        suspect = ~self._proven & (own > self._deviation**2)
+        if suspect.any():
+            left, guesses = self._explained(measured, shifted)
+            named = suspect & (own > BETTER * (left + NOISE**2))
+            wrong = named | (suspect & (own > self._gross**2))
+            if wrong.any():
+                self._report(wrong, own, np.where(named, guesses, OTHER))
+                return
+        self.trouble = ""
+        if self._walked >= self._size:
+            target = shifted[-LAGS[0]]
+            moved = np.ptp(target, axis=0) >= PROVEN_RANGE
+            self._proven |= moved & (own < PROVEN_SHARE * target.var(axis=0))
+            self.done = bool(self._proven.all())
+
+    def _explained(
+        self, measured: FloatArray, shifted: list[FloatArray]
+    ) -> tuple[FloatArray, list[str]]:
+        """Mean squares (n,) [rad^2] that the best other explanation leaves, and these."""
+        count = len(self._names)
+        left = np.where(np.ptp(shifted[0], axis=0) > MOVED, measured.var(axis=0), np.inf)
+        guesses = [STUCK] * count
+
+        def take(squares: FloatArray, guess: list[str]) -> None:
+            for joint in np.flatnonzero(squares < left):
+                left[joint], guesses[joint] = squares[joint], guess[joint]
+
+        size = np.mean(measured**2, axis=0)
+        for target in shifted:
+            for scale, guess in SCALES.items():
+                take(np.mean((measured - scale * target) ** 2, axis=0), [guess] * count)
+            zero = np.mean(measured - target, axis=0)
+            squares = np.mean((measured - target - zero) ** 2, axis=0)
+            squares[np.abs(zero) < ZERO_MIN] = np.inf
+            take(squares, [f"zero off by {each:.2g} rad?" for each in zero])
+            others = size[:, None] + np.mean(target**2, axis=0) - 2.0 * (
+                measured.T @ target / len(measured)
+            )
+            others[:, np.ptp(target, axis=0) < MOVED] = np.inf
+            np.fill_diagonal(others, np.inf)
+            named = [f"exchanged with {self._names[k]}?" for k in others.argmin(axis=1)]
+            take(others.min(axis=1), named)
+        return left, guesses
+
+    def _report(self, wrong: np.ndarray, own: FloatArray, guesses: np.ndarray) -> None:
+        follows_nobody = wrong & np.isin(guesses, (STUCK, OTHER))
+        if not self.trouble:
+            # Motors that are off may be switched on; then the joints follow.
+            self._final = self._walked > 0 and 2 * follows_nobody.sum() <= len(self._names)
+        worst = int(np.argmax(np.where(wrong, own, 0.0)))
+        more = [self._names[joint] for joint in np.flatnonzero(wrong) if joint != worst]
+        also = f"; also {', '.join(more[:3])}{' and others' if len(more) > 3 else ''}"
+        off = np.sqrt(own[worst])
+        self.trouble = (
+            f"joint_states position[{self._names[worst]}]: got {off:.2g} rad off its "
+            f"target for {WINDOW:g} s; allowed: {self._deviation:g} rad, or what loads explain; "
+            f"{guesses[worst]}{also if more else ''}; the robot stands"
+        )

@@ -1,0 +1,201 @@
+"""Joints that do not follow their targets are found, named, and never walked with."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gait_lab.faults.channel import Command, Delivery, Message
+from gait_lab.faults.harness import Fault, Harness
+from nao_lipm_gait.presets import preset_for
+from nao_lipm_gait.runtime.inputs import JointInput
+from nao_lipm_gait.runtime.joint_check import LAGS, JointCheck
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.types import FloatArray, GaitState, VelocityCommand
+from sim_bridge.trials.rollout import RolloutSpec, make_pair
+from sim_bridge.trials.tasks import TASKS
+
+pytest.importorskip("mujoco")
+ROBOT = load_robot()
+Distortion = Callable[[FloatArray], FloatArray]
+
+
+def changed(robot: RobotDescription, joints: tuple[str, ...], change: Distortion) -> Distortion:
+    """Changes the angles of these joints."""
+    index = [robot.index(name) for name in joints]
+
+    def apply(angles: FloatArray) -> FloatArray:
+        angles = np.array(angles, dtype=float)
+        angles[..., index] = change(angles[..., index])
+        return angles
+
+    return apply
+
+
+def exchanged(robot: RobotDescription, *pairs: tuple[str, str]) -> Distortion:
+    """Each of two joints has the name of the other."""
+    order = list(range(len(robot.joint_names)))
+    for first, second in pairs:
+        a, b = robot.index(first), robot.index(second)
+        order[a], order[b] = b, a
+    return lambda angles: np.array(angles, dtype=float)[..., order]
+
+
+def sides(robot: RobotDescription) -> tuple[tuple[str, str], ...]:
+    return tuple(zip(robot.left_leg.names, robot.right_leg.names, strict=True))
+
+
+# -- signals ---------------------------------------------------------------------------------------
+
+
+def targets(ticks: int = 300) -> FloatArray:
+    """Each joint moves about an angle of its own, in a phase of its own."""
+    time = 0.01 * np.arange(ticks)[:, None]
+    joints = np.arange(len(ROBOT.joint_names))
+    middle = 0.3 + 0.05 * (joints % 7)
+    return middle + 0.15 * np.sin(12.0 * time + 0.9 * joints)
+
+
+def judged(change: Distortion, late: int = 0, walking: bool = True) -> JointCheck:
+    """The check after readings that are `late` ticks behind their targets."""
+    check, wanted = JointCheck(ROBOT, 0.01), targets()
+    noise = np.random.default_rng(3).normal(0.0, 0.002, wanted.shape)
+    for tick in range(10, len(wanted) - 10):
+        check.update(change(wanted[tick - late]) + noise[tick], wanted[tick], walking=walking)
+    return check
+
+
+@pytest.mark.parametrize("late", LAGS)
+def test_joints_that_follow_late_or_early_prove_themselves(late: int) -> None:
+    check = judged(lambda angles: angles, late)
+    assert check.trouble == ""
+    assert check.done
+
+
+def test_a_stand_proves_no_joint() -> None:
+    assert not judged(lambda angles: angles, walking=False).done
+
+
+WRONG: dict[str, Distortion] = {
+    "sign of the reading or of the command": changed(ROBOT, ("RHipRoll",), lambda q: -q),
+    "scale 0.5": changed(ROBOT, ("RKneePitch",), lambda q: 0.5 * q),
+    "scale 2": changed(ROBOT, ("LAnklePitch",), lambda q: 2.0 * q),
+    "unit deg instead of rad": changed(ROBOT, ("LHipPitch",), np.degrees),
+    "zero off by 0.3": changed(ROBOT, ("RAnkleRoll",), lambda q: q + 0.35),
+    "does not move": changed(ROBOT, ("LKneePitch",), lambda q: 0.0 * q + 0.4),
+    "KneePitch?; also": exchanged(ROBOT, ("LKneePitch", "RKneePitch")),
+}
+
+
+@pytest.mark.parametrize("guess", WRONG)
+@pytest.mark.parametrize("late", [0, 3])
+def test_what_is_wrong_is_guessed(guess: str, late: int) -> None:
+    check = judged(WRONG[guess], late)
+    assert guess in check.trouble
+    assert not check.done
+
+
+def test_motors_that_are_switched_on_late_are_forgiven() -> None:
+    check, wanted = JointCheck(ROBOT, 0.01), targets(200)
+    for target in wanted:
+        check.update(wanted[0], target, walking=True)
+    assert check.trouble
+    for target in wanted:
+        check.update(target, target, walking=True)
+    assert check.trouble == ""
+
+
+# -- robots ----------------------------------------------------------------------------------------
+
+
+class Wrong(Fault):
+    """Joint angles that are changed as measured, or as executed."""
+
+    def __init__(self, measured: Distortion | None, executed: Distortion | None) -> None:
+        super().__init__(np.random.default_rng(0))
+        self._measured, self._executed = measured, executed
+
+    def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
+        joints = message.content
+        if isinstance(joints, JointInput) and self._measured is not None:
+            position = self._measured(np.array(joints.position)).tolist()
+            message = replace(message, content=replace(joints, position=position))
+        yield Delivery(0, message)
+
+    def on_command(self, harness: Harness, command: Command) -> Iterable[Delivery[Command]]:
+        if self._executed is not None:
+            position = self._executed(command.targets.position)
+            position = np.clip(position, harness.robot.lower, harness.robot.upper)
+            command = replace(command, targets=command.targets._replace(position=position))
+        yield Delivery(0, command)
+
+
+def ends_standing(
+    urdf: str, measured: Distortion | None, executed: Distortion | None = None, seed: int = 3,
+    walk: tuple[float, float, float] = (0.15, 0.0, 0.3), engine: str = "mujoco",
+    seconds: float = 3.0,
+) -> str:  # fmt: skip
+    """A robot that is told to walk after 1 s stands at the end; what is said of its sensors."""
+    parameters = preset_for(load_robot(urdf), "default")
+    spec = RolloutSpec(
+        task=TASKS["stand"], robot_seed=seed, noise_seed=seed, parameters=parameters, urdf=urdf,
+        engine=engine,
+    )  # fmt: skip
+    world, _ = make_pair(spec)
+    with world:
+        harness = Harness(world, parameters, Wrong(measured, executed), VelocityCommand(*walk))
+        harness.run(round(100 * seconds))
+        assert not harness.fallen
+        assert harness.gaits[0].controller.state is GaitState.STAND
+        assert harness.truth.torso_position[0] < 0.05, "it has taken a first step at most"
+        assert harness.invariants.listed() == ()
+        return "\n".join(harness.invariants.explained)
+
+
+def test_a_robot_whose_soles_cannot_be_where_its_joints_say_gets_no_targets() -> None:
+    said = ends_standing(
+        "nao_h21_v33", changed(ROBOT, ("RAnklePitch",), lambda q: -q), seconds=2.0
+    )
+    assert "angle between the soles" in said
+
+
+@pytest.mark.parametrize("urdf", ["nao_h21_v33", "bruno"])
+def test_legs_with_exchanged_names_end_the_first_step(urdf: str) -> None:
+    robot = load_robot(urdf)
+    said = ends_standing(urdf, exchanged(robot, *sides(robot)))
+    assert "joint_states position" in said
+
+
+def test_a_command_that_is_executed_with_the_wrong_sign_is_found() -> None:
+    said = ends_standing("nao_h21_v33", None, changed(ROBOT, ("RHipRoll",), lambda q: -q))
+    assert "RHipRoll" in said
+    assert "sign of the reading or of the command?" in said
+
+
+def distortions(robot: RobotDescription) -> dict[str, Distortion]:
+    right, left = robot.right_leg, robot.left_leg
+    wrong: dict[str, Distortion] = {"sides": exchanged(robot, *sides(robot))}
+    for name in right.names:
+        wrong[f"sign {name}"] = changed(robot, (name,), lambda q: -q)
+        wrong[f"20 deg {name}"] = changed(robot, (name,), lambda q: q + 0.35)
+        wrong[f"half {name}"] = changed(robot, (name,), lambda q: 0.5 * q)
+        wrong[f"double {name}"] = changed(robot, (name,), lambda q: 2.0 * q)
+    for one, other in sides(robot):
+        wrong[f"signs {other}"] = changed(robot, (one, other), lambda q: -q)
+        wrong[f"names {other}"] = exchanged(robot, (one, other))
+    wrong["ankle"] = exchanged(robot, (right.ankle_pitch, right.ankle_roll))
+    wrong["ankles"] = exchanged(
+        robot, (right.ankle_pitch, right.ankle_roll), (left.ankle_pitch, left.ankle_roll)
+    )
+    wrong["degrees"] = np.degrees
+    return wrong
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", distortions(ROBOT))
+@pytest.mark.parametrize(("urdf", "seed"), [("nao_h21_v33", 8), ("nao_v6", 4)])
+def test_no_nao_walks_or_falls_with_a_wrong_joint(name: str, urdf: str, seed: int) -> None:
+    if name == "names RHipYawPitch":
+        pytest.skip("one motor turns both")
+    ends_standing(urdf, distortions(load_robot(urdf))[name], seed=seed, seconds=6.0)
