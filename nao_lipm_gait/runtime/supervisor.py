@@ -49,8 +49,8 @@ CARRIED_TIME = 60_000_000
 """[ns] of load on both soles after which a robot that seems to lie does not."""
 LOADS_AWAITED = 20
 """Frames without a wrong pose, or without load on both soles, that clear up a doubt."""
-FIRST_STEPS = 2
-"""Steps of a walk, so slow that it can end within one."""
+FIRST_STEPS = 1
+"""Steps of a walk, so small that it can end within one."""
 SIT_DOWN = "sit"
 """Motion that saves hot legs."""
 
@@ -178,7 +178,7 @@ class Supervisor:
             self._sit_down(leg)
         stands = self._sensors_are_missing(stamp, gaps) or gaps.off_rate or gaps.wrong
         if gaps.wrong and gait.state in ON_THE_WAY and gait.status.step_count <= FIRST_STEPS:
-            self.restart()  # puts the foot down where it is: the walk was led by wrong joints
+            self.restart()  # the foot goes down where it is: wrong joints have led it
         if not self._check.done:
             frame, wrong = self._proven(frame, blind=gaps.blind_since is not None)
             stands = stands or wrong
