@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration, SensorCorrection
+from nao_lipm_gait.estimation.ground_tilt import GroundTilt
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling, sole_springs
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.state_estimator import LYING_TILT, StateEstimator
@@ -27,6 +28,7 @@ from nao_lipm_gait.walks.base import BodyTargets, MakeObserver, make_walk
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from nao_lipm_gait.whole_body.com_placement import ComPlacement
 from nao_lipm_gait.whole_body.feed_forward import FeedForward
+from nao_lipm_gait.whole_body.ground_adaptation import GroundAdaptation
 from nao_lipm_gait.whole_body.legs import make_legs
 from nao_lipm_gait.whole_body.posture_feedback import PostureFeedback
 from nao_lipm_gait.whole_body.stand_blend import StandBlend
@@ -139,6 +141,8 @@ class Gait:
             learns_roll=not FeedForward(robot).needed,
         )
         self._alignment = StandAlignment()
+        ahead = [corner[0] for corner in self._image.sole_outline]
+        self._ground = GroundTilt(min(ahead), max(ahead))
         self._begin()
 
     def reset(self) -> None:
@@ -155,8 +159,9 @@ class Gait:
         self._delay_ticks = self._walk.delay_ticks
         self._late = 0
         self._estimator = StateEstimator(
-            self._body, self._size.parameters(p), self._dt, self.levelling, self._alignment
-        )
+            self._body, self._size.parameters(p), self._dt, self.levelling, self._alignment,
+            self._ground,
+        )  # fmt: skip
         motions = MotionScheduler(self.robot, self._library)
         self._modes = Modes(self._requests, motions, self._estimator, self._walk)
         self._heading_hold = HeadingHold()
@@ -167,6 +172,7 @@ class Gait:
         self._heading_lean = RateLimiter(PITCH_RATE, 0.0)
         self._step_kick = StepKick(self._image.sole_outline)
         self._tilt_compensation = TiltCompensation()
+        self._ground_adaptation = GroundAdaptation()
         self._placement = ComPlacement(self._image, self._body, make_legs(self._image))
         self._blend = StandBlend()
         self._posture = PostureFeedback(self.robot)
@@ -304,6 +310,10 @@ class Gait:
             if state is WALK:
                 unwanted = self._estimator.tilt_error(targets.torso_pitch)
             targets = self._tilt_compensation.apply(targets, support, unwanted, p, dt)
+        # Ground that slopes.
+        targets = self._ground_adaptation.apply(
+            targets, support, self._ground, dt, walks=state is WALK
+        )
         self._targets = targets
 
         # Placement: inverse kinematics that put the whole body's CoM at its target.

@@ -137,6 +137,9 @@ class GaitParameters(Settings):
         True,
         "Learn by how much the soles are not parallel (encoder offsets) and correct both ankles.",
     )
+    follow_ground: bool = switch(
+        True, "Turn the soles with ground that slopes or steps, and keep the torso upright on it."
+    )
 
     gyro_pitch_gain: float = number(
         0.02, -0.2, 0.2, "s", "k_p from the pitch rate to the pitch of the support ankle.",

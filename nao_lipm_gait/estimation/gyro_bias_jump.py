@@ -96,10 +96,12 @@ class GyroBiasJump:
 
     Attributes:
         rate: To be subtracted from roll and pitch rate [rad/s]; exactly 0 for an intact gyro.
+        widening: What the deadband is wider [rad] because the walk changes or samples are lost.
     """
 
     def __init__(self) -> None:
         self.rate = (0.0, 0.0)
+        self.widening = 0.0
         self._along_x, self._along_y = _Axis(), _Axis()
         self._age = 0.0
         self._usual_velocity: Pose2 = (0.0, 0.0, 0.0)
@@ -127,8 +129,8 @@ class GyroBiasJump:
         self._age += dt
         self._lost += dt / SLOW_TIME * (after_loss - self._lost)
         change = self._change(velocity, dt)
-        deadband = DEADBAND + CHANGE_SHARE * change + LOSS_SHARE * self._lost
-        tick = _Tick(deadband, self._age, dt)
+        self.widening = CHANGE_SHARE * change + LOSS_SHARE * self._lost
+        tick = _Tick(DEADBAND + self.widening, self._age, dt)
         # From du/dt = u x w: a roll bias moves the vertical along y, a pitch bias along -x.
         along_x = self._along_x.rate(sole[0], force[0], tick)
         along_y = self._along_y.rate(sole[1], force[1], tick)

@@ -14,6 +14,7 @@ from nao_lipm_gait.estimation.com_measurement import (
     measured_com_in_q,
 )
 from nao_lipm_gait.estimation.fall_detection import FallDetector, TippingDetector
+from nao_lipm_gait.estimation.ground_tilt import GroundTilt
 from nao_lipm_gait.estimation.gyro_bias_jump import GyroBiasJump
 from nao_lipm_gait.estimation.lying_side import LyingSideDetector
 from nao_lipm_gait.estimation.odometry import Odometry
@@ -71,6 +72,7 @@ class StateEstimator:
         period: Time [s] between two frames if none is lost.
         levelling: Learns the relative tilt of the soles.
         alignment: Measures the IMU against the soles.
+        ground: Finds the tilt of the ground.
 
     Attributes:
         com_in_q: Measured CoM [m].
@@ -86,6 +88,7 @@ class StateEstimator:
         period: float,
         levelling: SoleLevelling,
         alignment: StandAlignment,
+        ground: GroundTilt,
     ) -> None:
         p = parameters
         self.orientation = TorsoOrientation(ACCELEROMETER_TIME, p.tilt_stance_time, STANCE_TILT_MAX)
@@ -114,6 +117,8 @@ class StateEstimator:
         self._covariance = OdometryCovariance()
         self._levelling = levelling
         self._alignment = alignment
+        self._ground = ground
+        ground.restart()
 
     def keep_gyro_bias(self, before: "StateEstimator") -> None:
         """Begin with the bias of the gyro that was learned before a reset."""
@@ -173,6 +178,7 @@ class StateEstimator:
         com_in_sole, force_in_sole = level.coordinates(com), level.components(force)
         self.com_in_q = measured_com_in_q(com_in_sole, expected.sole_in_q)
         self.acceleration_in_q = measured_acceleration_in_q(force_in_sole, expected.sole_in_q)
+        self._find_ground(support, sole, com_in_sole, force_in_sole, state)
         if settled:
             left, right = self._soles
             self._alignment.update(rate, force, left.normal, right.normal, gyro_dt)
@@ -210,9 +216,25 @@ class StateEstimator:
             return
         # Not every robot has a yaw gyro; the odometry contains the torso's yaw rate.
         turning = (rate[0], rate[1], self.odometry.velocity[2])
+        x, y, z = stance_normal
+        stance_normal = x - self._ground.stance, y, z
         self.orientation.update(turning, force, stance_normal, dt)
         if state is WALK and self._p.feedback and self._flat_stance:
             self._find_bias_jump(stance_normal, force, dt, after_loss)
+
+    def _find_ground(
+        self, support: int, sole: SolePose, com_in_sole: Point3, force_in_sole: Point3,
+        state: GaitState,
+    ) -> None:  # fmt: skip
+        """The tilt of the ground under a flat stance sole."""
+        p = self._p
+        follows = self._flat_stance and p.feedback and p.follow_ground
+        if not follows or state is not WALK or self._dt > GAP_MAX:
+            self._ground.restart()
+            return
+        pitch = sole.normal[0] - self.orientation.up_in_torso[0]
+        zmp = com_in_sole[0] - com_in_sole[2] * force_in_sole[0] / GRAVITY
+        self._ground.update(support, pitch, zmp, self._bias_jump.widening, self._dt)
 
     def _update_odometry(
         self, expected: Expectation, sole: SolePose, other: SolePose, level: LevelFrame,

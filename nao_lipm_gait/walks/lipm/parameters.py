@@ -27,6 +27,7 @@ EXTENSIONS_OFF: Mapping[str, float | bool] = {
     "heading_lean": 0.0,
     "speed_time": 0.0,
     "level_soles": False,
+    "follow_ground": False,
     "gyro_pitch_gain": 0.0,
     "gyro_roll_gain": 0.0,
     "tilt_pitch_gain": 0.0,
