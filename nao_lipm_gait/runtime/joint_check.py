@@ -34,6 +34,9 @@ MOVED = 0.05
 PROVEN_RANGE, PROVEN_SHARE = 0.1, 1.0 / 16.0
 """A joint has proved itself if its target moved by this [rad] in steps, and its deviation is this
 share of the target's variance."""
+STRIKES = 2
+"""Walks that must end in their first steps until the check is final: a computer that is held up, or
+motors that are switched on late, look wrong once."""
 SCALES = {
     -1.0: "sign of the reading or of the command?",
     0.5: "scale 0.5?",
@@ -72,7 +75,7 @@ class JointCheck:
         self._targets: deque[FloatArray] = deque(maxlen=self._size)
         self._proven = np.zeros(len(self._names), dtype=bool)
         self._final = self.done = False
-        self._walked = self._wait = 0
+        self._walked = self._wait = self._strikes = 0
         self.trouble = ""
 
     def interrupt(self) -> None:
@@ -103,7 +106,8 @@ class JointCheck:
             named = suspect & (own > BETTER * (left + NOISE**2))
             wrong = named | (suspect & (own > self._gross**2))
             if wrong.any():
-                self._report(wrong, own, np.where(named, guesses, OTHER))
+                if not self.trouble:
+                    self._report(wrong, own, np.where(named, guesses, OTHER))
                 return
         self.trouble = ""
         if self._walked >= self._size:
@@ -142,10 +146,8 @@ class JointCheck:
         return left, guesses
 
     def _report(self, wrong: np.ndarray, own: FloatArray, guesses: np.ndarray) -> None:
-        follows_nobody = wrong & np.isin(guesses, (STUCK, OTHER))
-        if not self.trouble:
-            # Motors that are off may be switched on; then the joints follow.
-            self._final = self._walked > 0 and 2 * follows_nobody.sum() <= len(self._names)
+        self._strikes += self._walked > 0
+        self._final = self._strikes >= STRIKES
         worst = int(np.argmax(np.where(wrong, own, 0.0)))
         more = [self._names[joint] for joint in np.flatnonzero(wrong) if joint != worst]
         also = f"; also {', '.join(more[:3])}{' and others' if len(more) > 3 else ''}"

@@ -134,7 +134,7 @@ class Wrong(Fault):
 def ends_standing(
     urdf: str, measured: Distortion | None, executed: Distortion | None = None, seed: int = 3,
     walk: tuple[float, float, float] = (0.15, 0.0, 0.3), engine: str = "mujoco",
-    seconds: float = 3.0,
+    seconds: float = 4.5,
 ) -> str:  # fmt: skip
     """A robot that is told to walk after 1 s stands at the end; what is said of its sensors."""
     parameters = preset_for(load_robot(urdf), "default")
@@ -148,7 +148,7 @@ def ends_standing(
         harness.run(round(100 * seconds))
         assert not harness.fallen
         assert harness.gaits[0].controller.state is GaitState.STAND
-        assert harness.truth.torso_position[0] < 0.05, "it has taken a first step at most"
+        assert harness.truth.torso_position[0] < 0.1, "it has taken two first steps at most"
         assert harness.invariants.listed() == ()
         return "\n".join(harness.invariants.explained)
 
@@ -161,7 +161,7 @@ def test_a_robot_whose_soles_cannot_be_where_its_joints_say_gets_no_targets() ->
 
 
 @pytest.mark.parametrize("urdf", ["nao_h21_v33", "bruno"])
-def test_legs_with_exchanged_names_end_the_first_step(urdf: str) -> None:
+def test_legs_with_exchanged_names_end_the_first_steps(urdf: str) -> None:
     robot = load_robot(urdf)
     said = ends_standing(urdf, exchanged(robot, *sides(robot)))
     assert "joint_states position" in said
