@@ -103,6 +103,7 @@ class GaitController:
         self._supervisor = Supervisor(self._gait, settings, self._reporter.say)
         self.parameters = parameters
         self.last_status: GaitStatus | None = None
+        self._refused: tuple[SensorFrame, Gaps] | None = None
 
     @property
     def state(self) -> GaitState:
@@ -209,14 +210,23 @@ class GaitController:
         if taken.new_time is not None:
             self._begin(taken.new_time)
         for frame in taken.frames:
+            self._refused = frame, taken.gaps
             self._supervisor.admit(frame)
             answers.append(self._tick(frame, taken.gaps))
+            self._refused = None
+        if taken.repeated and self._refused is not None:
+            # Lockstep waits: no later frame will tell more.
+            frame, gaps = self._refused
+            self._supervisor.admit(frame, last=True)
+            answers.append(self._tick(frame, gaps))
+            self._refused = None
         if taken.again is not None:
             answers.append(Answer(taken.again))
         if taken.refused is not None:
             raise taken.refused
 
     def _begin(self, time: NewTime) -> None:
+        self._refused = None
         if time.steady:
             self._guard.shift_clock(time.stamp)
         else:

@@ -150,8 +150,12 @@ class Supervisor:
 
     # -- the tick ----------------------------------------------------------------------------------
 
-    def admit(self, frame: SensorFrame) -> None:
+    def admit(self, frame: SensorFrame, *, last: bool = False) -> None:
         """Check the pose in which the robot is found, before it gets its first targets.
+
+        Args:
+            frame: Sensors.
+            last: No later frame comes before this one is answered.
 
         Raises:
             NaoGaitError: It stands on both soles and its joints say that it does not, or the loads
@@ -162,9 +166,10 @@ class Supervisor:
         wrong = self._check.wrong_pose(frame)
         self._doubt = wrong or self._doubt
         if self._doubt is not None:
-            stands = self._loads.both_time(frame.stamp) >= CARRIED_TIME
+            loads, stamp = self._loads, frame.stamp
+            stands = loads.both_carry if last else loads.both_time(stamp) >= CARRIED_TIME
             self._cleared = 0 if wrong is not None and stands else self._cleared + 1
-            if self._cleared < LOADS_AWAITED:
+            if self._cleared < (1 if last else LOADS_AWAITED):
                 self._say.begin(SENSORS, Level.ERROR, "wrong pose", str(self._doubt))
                 raise self._doubt
         self._admitted, self._doubt = True, None

@@ -70,6 +70,11 @@ class SoleLoads:
         """Time [ns] until `stamp` for which both have carried their part; 0 if unknown."""
         return self._time(self._both_since, stamp)
 
+    @property
+    def both_carry(self) -> bool:
+        """Both carried their part when they were last measured."""
+        return self._both_since is not None
+
     def are_known(self, stamp: int) -> bool:
         """Whether the loads of both soles are recent at `stamp` [ns]."""
         return all(each is not None and stamp - each[0] < LOAD_AGE for each in self._force)

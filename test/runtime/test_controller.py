@@ -11,7 +11,13 @@ from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.motion.scheduler import ATTEMPTS
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController, Output
-from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TemperatureInput, TwistInput
+from nao_lipm_gait.runtime.inputs import (
+    ImuInput,
+    JointInput,
+    LoadInput,
+    TemperatureInput,
+    TwistInput,
+)
 from nao_lipm_gait.runtime.reporter import PublisherCounts
 from nao_lipm_gait.runtime.supervisor import HELD_MAX
 from nao_lipm_gait.runtime.target_guard import COAST_MAX
@@ -179,9 +185,7 @@ def test_a_command_that_is_too_old_is_reported_as_the_reason_of_the_stop() -> No
 
 
 @pytest.mark.parametrize("relaxed", [False, True])
-def test_a_gait_that_cannot_go_on_restarts(
-    relaxed: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_gait_that_cannot_go_on_restarts(relaxed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     robot = Robot()
     robot.tick(100)
     if relaxed:
@@ -745,6 +749,27 @@ def test_joints_whose_imu_sample_is_overdue_are_used_without_it() -> None:
     (answer,) = robot.controller.overdue().answers
     assert answer.targets.stamp == robot.stamp
     assert answer.status is not None
+
+
+@pytest.mark.parametrize(("right", "answered"), [(0.0, True), (25.0, False), (None, True)])
+def test_lockstep_goes_on_with_a_robot_that_is_found_in_the_middle_of_a_step(
+    right: float | None, answered: bool
+) -> None:
+    robot = Robot()
+    robot.pose = np.array(robot.pose).tolist()
+    robot.pose[ROBOT.index("RKneePitch")] += (
+        0.6  # the right foot is lifted, if the joints are right
+    )
+    robot.tick()
+    assert not robot.sent
+    for _ in range(3):  # the same frame again, as nothing was answered
+        for side, force in enumerate((25.0, right)):
+            if force is not None:
+                load = LoadInput(*divmod(robot.stamp, 1_000 * MS), side, force)
+                robot.take(robot.controller.receive("wrench", lambda load=load: load))
+        robot.send()
+    assert bool(robot.sent) == answered
+    assert any("joint_states position: " in line for line in robot.log)
 
 
 def test_a_repeated_frame_does_not_take_a_walk_back_that_went_on_without_sensors() -> None:
