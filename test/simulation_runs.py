@@ -8,9 +8,14 @@ import attrs
 import numpy as np
 import pinocchio as pin
 
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.presets import preset_for
+from robot_core.robot import load_robot
 from robot_core.types import FloatArray, JointTargets, SensorFrame
 from sim_bridge.plant import Plant
 from sim_bridge.robot import GroundTruth
+from sim_bridge.trials.rollout import RolloutSpec, make_pair
+from sim_bridge.trials.tasks import TASKS
 from sim_bridge.world import World
 
 MS = 1_000_000
@@ -20,6 +25,16 @@ G = 9.81
 def with_physics(plant: Plant, **options: object) -> Plant:
     """The plant with some options of its physics replaced."""
     return attrs.evolve(plant, physics=attrs.evolve(plant.physics, **options))
+
+
+def standing(urdf: str, seed: int, engine: str) -> tuple[World, GaitParameters]:
+    """A robot of the plant that stands, and the parameters of its gait."""
+    parameters = preset_for(load_robot(urdf), "default")
+    spec = RolloutSpec(
+        task=TASKS["stand"], robot_seed=seed, noise_seed=seed, parameters=parameters, urdf=urdf,
+        engine=engine,
+    )  # fmt: skip
+    return make_pair(spec)[0], parameters
 
 
 def targets(world: World, stiffness: float = 1.0, **joints: float) -> JointTargets:

@@ -210,20 +210,20 @@ class GaitController:
         if taken.new_time is not None:
             self._begin(taken.new_time)
         for frame in taken.frames:
-            self._refused = frame, taken.gaps
-            self._supervisor.admit(frame)
-            answers.append(self._tick(frame, taken.gaps))
-            self._refused = None
+            answers.append(self._offer(frame, taken.gaps))
         if taken.repeated and self._refused is not None:
             # Lockstep waits: no later frame will tell more.
-            frame, gaps = self._refused
-            self._supervisor.admit(frame, last=True)
-            answers.append(self._tick(frame, gaps))
-            self._refused = None
+            answers.append(self._offer(*self._refused, last=True))
         if taken.again is not None:
             answers.append(Answer(taken.again))
         if taken.refused is not None:
             raise taken.refused
+
+    def _offer(self, frame: SensorFrame, gaps: Gaps, *, last: bool = False) -> Answer:
+        self._refused = frame, gaps
+        self._supervisor.admit(frame, last=last)
+        self._refused = None
+        return self._tick(frame, gaps)
 
     def _begin(self, time: NewTime) -> None:
         self._refused = None

@@ -98,8 +98,8 @@ class JointCheck:
         measured, targets = np.array(self._measured), np.array(self._targets)
         first = LAGS[-1]
         measured = measured[first : first + self._ticks]
-        shifted = [targets[first - lag : first - lag + self._ticks] for lag in LAGS]
-        own = np.min([np.mean((measured - each) ** 2, axis=0) for each in shifted], axis=0)
+        shifted = np.stack([targets[first - lag : first - lag + self._ticks] for lag in LAGS])
+        own = np.mean((measured - shifted) ** 2, axis=1).min(axis=0)
         suspect = ~self._proven & (own > self._deviation**2)
         if suspect.any():
             left, guesses = self._explained(measured, shifted)
@@ -117,32 +117,39 @@ class JointCheck:
             self.done = bool(self._proven.all())
 
     def _explained(
-        self, measured: FloatArray, shifted: list[FloatArray]
+        self, measured: FloatArray, shifted: FloatArray
     ) -> tuple[FloatArray, list[str]]:
-        """Mean squares (n,) [rad^2] that the best other explanation leaves, and these."""
+        """Mean squares (n,) [rad^2] that the best other explanation leaves, and these.
+
+        Args:
+            measured: Angles (ticks, n) [rad].
+            shifted: Targets (lags, ticks, n) [rad].
+        """
         count = len(self._names)
-        left = np.where(np.ptp(shifted[0], axis=0) > MOVED, measured.var(axis=0), np.inf)
+        moved = np.ptp(shifted, axis=1) >= MOVED
+        left = np.where(moved[0], measured.var(axis=0), np.inf)
         guesses = [STUCK] * count
 
         def take(squares: FloatArray, guess: list[str]) -> None:
             for joint in np.flatnonzero(squares < left):
                 left[joint], guesses[joint] = squares[joint], guess[joint]
 
-        size = np.mean(measured**2, axis=0)
-        for target in shifted:
-            for scale, guess in SCALES.items():
-                take(np.mean((measured - scale * target) ** 2, axis=0), [guess] * count)
-            zero = np.mean(measured - target, axis=0)
-            squares = np.mean((measured - target - zero) ** 2, axis=0)
-            squares[np.abs(zero) < ZERO_MIN] = np.inf
-            take(squares, [f"zero off by {each:.2g} rad?" for each in zero])
-            others = size[:, None] + np.mean(target**2, axis=0) - 2.0 * (
-                measured.T @ target / len(measured)
-            )
-            others[:, np.ptp(target, axis=0) < MOVED] = np.inf
-            np.fill_diagonal(others, np.inf)
-            named = [f"exchanged with {self._names[k]}?" for k in others.argmin(axis=1)]
-            take(others.min(axis=1), named)
+        for scale, guess in SCALES.items():
+            squares = np.mean((measured - scale * shifted) ** 2, axis=1)
+            take(squares.min(axis=0), [guess] * count)
+
+        off = measured - shifted
+        zeros = off.mean(axis=1)
+        squares = np.where(np.abs(zeros) < ZERO_MIN, np.inf, off.var(axis=1))
+        best = zeros[squares.argmin(axis=0), np.arange(count)]
+        take(squares.min(axis=0), [f"zero off by {each:.2g} rad?" for each in best])
+
+        size = np.mean(measured**2, axis=0)[:, None] + np.mean(shifted**2, axis=1)[:, None]
+        others = size - 2.0 * (measured.T @ shifted) / len(measured)
+        others = np.where(moved[:, None], others, np.inf).min(axis=0)
+        np.fill_diagonal(others, np.inf)
+        named = [f"exchanged with {self._names[k]}?" for k in others.argmin(axis=1)]
+        take(others.min(axis=1), named)
         return left, guesses
 
     def _report(self, wrong: np.ndarray, own: FloatArray, guesses: np.ndarray) -> None:

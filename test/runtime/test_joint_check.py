@@ -8,13 +8,11 @@ import pytest
 
 from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
-from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.runtime.inputs import JointInput
 from nao_lipm_gait.runtime.joint_check import LAGS, JointCheck
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import FloatArray, GaitState, VelocityCommand
-from sim_bridge.trials.rollout import RolloutSpec, make_pair
-from sim_bridge.trials.tasks import TASKS
+from simulation_runs import standing
 
 pytest.importorskip("mujoco")
 ROBOT = load_robot()
@@ -137,12 +135,7 @@ def ends_standing(
     seconds: float = 4.5,
 ) -> str:  # fmt: skip
     """A robot that is told to walk after 1 s stands at the end; what is said of its sensors."""
-    parameters = preset_for(load_robot(urdf), "default")
-    spec = RolloutSpec(
-        task=TASKS["stand"], robot_seed=seed, noise_seed=seed, parameters=parameters, urdf=urdf,
-        engine=engine,
-    )  # fmt: skip
-    world, _ = make_pair(spec)
+    world, parameters = standing(urdf, seed, engine)
     with world:
         harness = Harness(world, parameters, Wrong(measured, executed), VelocityCommand(*walk))
         harness.run(round(100 * seconds))

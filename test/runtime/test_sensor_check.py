@@ -8,13 +8,10 @@ import pytest
 
 from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
-from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.runtime.inputs import ImuInput
 from robot_core.log import LogLine
-from robot_core.robot import load_robot
 from robot_core.types import GaitState, Point3, VelocityCommand
-from sim_bridge.trials.rollout import RolloutSpec, make_pair
-from sim_bridge.trials.tasks import TASKS
+from simulation_runs import standing
 
 pytest.importorskip("mujoco")
 Distortion = Callable[[Point3, Point3], tuple[Point3, Point3]]
@@ -43,12 +40,7 @@ def drive(
     command: Point3 = (0.15, 0.0, 0.0), seconds: float = 2.5, engine: str = "mujoco",
 ) -> tuple[Harness, str]:  # fmt: skip
     """A robot that is told to walk after 1 s, and its errors."""
-    parameters = preset_for(load_robot(urdf), "default")
-    spec = RolloutSpec(
-        task=TASKS["stand"], robot_seed=seed, noise_seed=seed, parameters=parameters, urdf=urdf,
-        engine=engine,
-    )  # fmt: skip
-    world, _ = make_pair(spec)
+    world, parameters = standing(urdf, seed, engine)
     errors: list[str] = []
     with world:
         harness = Harness(world, parameters, Distorted(change, every), VelocityCommand(*command))
