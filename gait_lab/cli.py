@@ -10,6 +10,7 @@ from pathlib import Path
 from gait_lab.bench import command as bench
 from gait_lab.command_line import Command, Parser, add_commands, argument
 from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE, accept_any_locale
+from nao_lipm_gait import __version__
 from robot_core.errors import NaoGaitError, one_line
 from robot_core.ros.executable import import_advice, sourced_ros
 from sim_bridge.trials.compiled import check_fresh
@@ -321,7 +322,8 @@ _EXTRAS = {"cv2": "vision", "imageio_ffmpeg": "video", "mujoco": "mujoco", "play
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of `nao_gait` with all its commands."""
-    parser = Parser(prog="nao_gait", description="Watch, drive, measure and record a NAO's gait.")
+    parser = Parser(prog="nao_gait", description="Watch, drive and measure walking humanoids.")
+    parser.add_argument("--version", action="version", version=f"nao_lipm_gait {__version__}")
     add_commands(parser, COMMANDS)
     return parser
 

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from robot_core.types import VelocityCommand as Velocity
     from sim_bridge.simulation import Observation, Simulation
 
+__version__ = "0.3.0"
+
 __all__ = [
     "Gait",
     "GaitParameters",

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+import nao_lipm_gait
+
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPTS = {
     "gait": "nao_lipm_gait.ros.main:main",
@@ -56,7 +58,7 @@ def text(element: ET.Element, path: str) -> str:
 def test_name_version_and_license_agree(setup: dict):
     package = package_xml()
     assert text(package, "name") == setup["name"]
-    assert text(package, "version") == setup["version"]
+    assert text(package, "version") == setup["version"] == nao_lipm_gait.__version__
     assert text(package, "license") == setup["license"]
     assert text(package, "export/build_type") == "ament_python"
 
