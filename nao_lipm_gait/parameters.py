@@ -15,7 +15,7 @@ import attrs
 from nao_lipm_gait.walk_engines import WALKS, load_class
 from robot_core import schema
 from robot_core.errors import NaoGaitError
-from robot_core.resources import find
+from robot_core.resources import find, read_layers
 from robot_core.schema import Settings, choice, number, switch
 
 
@@ -279,10 +279,11 @@ NEEDS_RESET = ("walk", "feedback_delay")
 def load_preset(name_or_path: str | Path) -> GaitParameters:
     """Load a shipped preset (`default`, `paper`) or a YAML file.
 
-    A preset names only what differs from the defaults. Raises NaoGaitError for a file that cannot
-    be read, an unknown parameter, one that its walk engine does not have, or a value that is not
-    allowed.
+    A preset names only what differs from the defaults, or from the preset that it names as its
+    `base`. Raises NaoGaitError for a file that cannot be read, an unknown parameter, one that its
+    walk engine does not have, or a value that is not allowed.
     """
     path = find("gait", str(name_or_path))
-    values = schema.read_yaml(path, "preset")
-    return GaitParameters.from_mapping({} if values is None else values, f"preset {path}: ")
+    layers = read_layers(path, "preset", "gait")
+    values = {key: value for _, values in layers for key, value in values.items()}
+    return GaitParameters.from_mapping(values, f"preset {path}: ")

@@ -1,11 +1,14 @@
 """Finds the shipped files (config, urdf, launch) in any kind of installation."""
 
+import os
 import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from robot_core.errors import NaoGaitError
+from robot_core.schema import read_yaml
 
 PACKAGE = "nao_lipm_gait"
 _MARKER = Path("config", "gait", "default.yaml")
@@ -115,3 +118,44 @@ def find(kind: str, name_or_path: str | Path) -> Path:
     if looks_like_path:
         raise NaoGaitError(f"{field} file", text, f"a file that exists; or {allowed}")
     raise NaoGaitError(field, text, allowed)
+
+
+def read_layers(
+    path: Path, what: str, kind: str | None = None, above: tuple[Path, ...] = ()
+) -> tuple[tuple[Path, dict[str, Any]], ...]:
+    """Read a YAML file and those that its key `base` names; each holds what differs from the next.
+
+    Args:
+        path: The file.
+        what: What the file is, for error messages.
+        kind: Shipped names of this kind can be a base; a file beside this one always can.
+        above: Files that are based on this one.
+
+    Returns:
+        Path and mapping of each file, the lowest base first.
+
+    Raises:
+        NaoGaitError: A file that cannot be read, no mapping, an unknown base, a circle of bases.
+    """
+    values = read_yaml(path, what)
+    if values is None:
+        values = {}
+    if not isinstance(values, dict):
+        raise NaoGaitError(f"{what} {path}", values, "a mapping of keys")
+    if "base" not in values:
+        return ((path, values),)
+    base, where = values.pop("base"), f"{what} {path}: base"
+    shipped = names(kind) if kind else ()
+    if kind and base in shipped:
+        found = find(kind, base)
+    else:
+        suffix = "" if str(base).endswith((".yaml", ".yml")) else ".yaml"
+        found = path.parent / f"{base}{suffix}"
+        if not isinstance(base, str) or not os.path.isfile(found):
+            allowed = f"a {what} beside it (YAML)"
+            if shipped:
+                allowed = f"one of {', '.join(shipped)}; or {allowed}"
+            raise NaoGaitError(where, base, allowed)
+    if found.resolve() in (*above, path.resolve()):
+        raise NaoGaitError(where, base, f"a {what} that is not based on this one")
+    return (*read_layers(found, what, kind, (*above, path.resolve())), (path, values))

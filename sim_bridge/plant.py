@@ -6,16 +6,14 @@ the engine cannot model; it never ignores one.
 """
 
 import contextlib
-import os
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import attrs
 
 from robot_core import schema
 from robot_core.errors import NaoGaitError
-from robot_core.resources import find
+from robot_core.resources import find, read_layers
 from robot_core.robot import RobotDescription
 from robot_core.schema import Interval, Number, Settings, choice, group, number, switch, text
 
@@ -323,39 +321,23 @@ def load_plant(name_or_path: str) -> Plant:
     Raises:
         NaoGaitError: Names the file, the key, its value and what is allowed.
     """
-    path = Path(find("plants", name_or_path))
-    return Plant.from_mapping({"name": path.stem, **_sections(path, ())}, f"{path}: ")
-
-
-def _sections(path: Path, above: tuple[Path, ...]) -> dict[str, dict[str, Any]]:
-    """The options of a plant file over those of its base, by section and name.
-
-    Returns:
-        Checked values; required ones may still be missing.
-
-    Raises:
-        NaoGaitError: A bad file, key or value, an unknown base, or a circle of bases.
-    """
-    values = schema.read_yaml(path, "plant")
-    keys = f"the keys base, {', '.join(_SECTIONS)}"
-    if not isinstance(values, dict):
-        raise NaoGaitError(f"plant {path}", values, f"a mapping of {keys}")
-    asked = dict(values)
+    path = find("plants", name_or_path)
     sections: dict[str, dict[str, Any]] = {}
-    if "base" in values:
-        sections = _sections(_base(path, values.pop("base"), above), (*above, path.resolve()))
-    for section, options in values.items():
-        where = f"{path}: {section}"
-        if section not in _SECTIONS:
-            raise NaoGaitError(where, options, f"one of {keys}")
-        own = _SECTIONS[section].checked(options, where, partial=True)
-        sections[section] = {**sections.get(section, {}), **own}
-    if "base" in asked and "friction" in (asked.get("contact") or {}):
-        _check_friction(
-            f"{path}: contact.friction", sections["contact"]["friction"],
-            sections.get("variation", {}).get("friction"),
-        )  # fmt: skip
-    return sections
+    for layer, values in read_layers(path, "plant", "plants"):
+        below = bool(sections)
+        for section, options in values.items():
+            where = f"{layer}: {section}"
+            if section not in _SECTIONS:
+                keys = f"the keys base, {', '.join(_SECTIONS)}"
+                raise NaoGaitError(where, options, f"one of {keys}")
+            own = _SECTIONS[section].checked(options, where, partial=True)
+            sections[section] = {**sections.get(section, {}), **own}
+        if below and "friction" in values.get("contact", ()):
+            _check_friction(
+                f"{layer}: contact.friction", sections["contact"]["friction"],
+                sections.get("variation", {}).get("friction"),
+            )  # fmt: skip
+    return Plant.from_mapping({"name": path.stem, **sections}, f"{path}: ")
 
 
 def _check_friction(where: str, friction: float, drawn: tuple[float, float] | None) -> None:
@@ -363,22 +345,6 @@ def _check_friction(where: str, friction: float, drawn: tuple[float, float] | No
     if drawn is not None:
         allowed = "set variation.friction to null as well: each robot draws its friction from there"
         raise NaoGaitError(where, friction, allowed)
-
-
-def _base(path: Path, base: Any, above: tuple[Path, ...]) -> Path:
-    """The file of a base: a shipped name, or a path that may be relative to the plant file."""
-    where = f"{path}: base"
-    if not isinstance(base, str):
-        raise NaoGaitError(where, base, "the name of a plant or the path of a YAML file")
-    beside = path.parent / base
-    try:
-        found = beside if base.endswith((".yaml", ".yml")) and os.path.isfile(beside) else None
-        found = found or find("plants", base)
-    except NaoGaitError as error:
-        raise NaoGaitError(where, base, error.allowed) from error
-    if found.resolve() in (*above, path.resolve()):
-        raise NaoGaitError(where, base, "a plant that is not based on this one")
-    return found
 
 
 def with_sensors_of(plant: Plant, robot: RobotDescription) -> Plant:

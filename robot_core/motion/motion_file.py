@@ -14,6 +14,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.motion.check import check_motion
 from robot_core.motion.joints import joint_groups, mirror_law
 from robot_core.motion.keyframes import Balance, Interpolation, Keyframe, Kick, Motion, Posture
+from robot_core.resources import read_layers
 from robot_core.robot import RobotDescription
 from robot_core.schema import NAME, Number, Settings, Table, choice, group, number
 from robot_core.types import FloatArray
@@ -22,8 +23,6 @@ STAND = "stand"
 """The pose of this name is the gait's stand pose, which depends on its parameters."""
 LIKE = "like"
 """Key in a pose that names the pose which it changes."""
-BASE = "base"
-"""Key of a file that names another one in its folder: what it lacks is as in that one."""
 MOST_KEYFRAMES = 200
 LEFT = ("L", "l_", "L_", "left_", "Left_", "ALeft_")
 """What the names of the left joints of robots begin with."""
@@ -67,7 +66,7 @@ class KeyframeEntry(Settings):
 
 @attrs.frozen
 class MotionFile(Settings):
-    """A motion file."""
+    """A motion file; with a `base`, another file in its folder, it holds only what differs."""
 
     meaning: str = schema.text()
     keyframes: tuple[KeyframeEntry, ...] = schema.field(
@@ -97,7 +96,7 @@ def load_motions(path: Path, robot: RobotDescription) -> tuple[Motion, ...]:
             `check_motion` refuses.
     """
     where = f"motion file {path}: "
-    file = MotionFile.from_mapping(_with_base(path), where)
+    file = MotionFile.from_mapping(_over_base(path), where)
     motion = Motion(
         name=NAME.check(f"name of motion file {path}", path.stem),
         meaning=file.meaning,
@@ -118,20 +117,15 @@ def load_motions(path: Path, robot: RobotDescription) -> tuple[Motion, ...]:
     return motion, mirror
 
 
-def _with_base(path: Path) -> Any:
-    """The content of a file; where it has a base, over the content of that."""
-    values = schema.read_yaml(path, "motion file")
-    if not isinstance(values, Mapping) or BASE not in values:
-        return values
-    own = dict(values)
-    name = NAME.check(f"motion file {path}: {BASE}", own.pop(BASE))
-    base = schema.read_yaml(path.with_name(f"{name}.yaml"), "motion file")
-    if not isinstance(base, Mapping) or BASE in base:
-        raise NaoGaitError(f"motion file {path}: {BASE}", name, "a motion file without a base")
-    for key in ("poses", "times"):
-        if isinstance(own.get(key), Mapping) and isinstance(base.get(key), Mapping):
-            own[key] = {**base[key], **own[key]}
-    return {**base, **own}
+def _over_base(path: Path) -> dict[str, Any]:
+    """The content of a file over that of its base."""
+    content: dict[str, Any] = {}
+    for _, values in read_layers(path, "motion file"):
+        for key in ("poses", "times"):
+            if isinstance(values.get(key), dict) and isinstance(content.get(key), dict):
+                values[key] = {**content[key], **values[key]}
+        content.update(values)
+    return content
 
 
 class _Builder:

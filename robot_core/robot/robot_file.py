@@ -12,7 +12,7 @@ import attrs
 
 from robot_core import schema
 from robot_core.errors import NaoGaitError
-from robot_core.resources import find, names
+from robot_core.resources import read_layers
 from robot_core.robot.description import Battery, LegJoints, Motor
 from robot_core.schema import Number, Sequence, Settings, Table, Text, group, number, text
 from robot_core.types import Point2
@@ -58,7 +58,7 @@ class CameraEntry(Settings):
 class RobotFile(Settings):
     """A robot file. Rows of `ankle_limits` are AnklePitch, lowest and highest AnkleRoll [rad].
 
-    A file may name a `base`: it then holds only the keys that differ from that shipped file.
+    A file may name a `base`: it then holds only the keys that differ from that file.
     """
 
     name: str = text()
@@ -112,11 +112,11 @@ class RobotFile(Settings):
 
 def read_robot_file(path: Path) -> dict[str, Any]:
     """The keys of a robot file over those of its base; NaoGaitError names the file."""
-    where = f"robot file {path}: "
-    values = _over_base(schema.read_yaml(path, "robot file"), where)
-    if not isinstance(values, dict):
-        raise NaoGaitError(f"robot file {path}", values, "a mapping of keys")
-    return values
+    layers = read_layers(path, "robot file", "robots")
+    found = {key: value for _, values in layers for key, value in values.items()}
+    if not found:
+        raise NaoGaitError(f"robot file {path}", "nothing", "a mapping of keys")
+    return found
 
 
 def checked_robot_file(values: dict[str, Any], path: Path) -> RobotFile:
@@ -141,20 +141,6 @@ def checked_robot_file(values: dict[str, Any], path: Path) -> RobotFile:
             raise NaoGaitError(f"{where}ankle_limits", [pitch, low, high], allowed)
         last = pitch
     return file
-
-
-def _over_base(values: Any, where: str) -> Any:
-    """The keys of a robot file over those of the shipped file that it names as its `base`."""
-    if not isinstance(values, dict) or "base" not in values:
-        return values
-    own = dict(values)
-    base = own.pop("base")
-    if not isinstance(base, str) or base not in names("robots"):
-        raise NaoGaitError(f"{where}base", base, f"one of {', '.join(names('robots'))}")
-    below = schema.read_yaml(find("robots", base), "robot file")
-    if "base" in below:
-        raise NaoGaitError(f"{where}base", base, "a robot file without a base")
-    return {**below, **own}
 
 
 def _joint_references(file: RobotFile) -> Iterator[tuple[str, str]]:

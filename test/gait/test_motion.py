@@ -186,7 +186,7 @@ def test_a_file_with_a_base_says_only_what_differs(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("base: nowhere\n", "nowhere"),
-        ("base: nod_fast\n", "base: got 'nod_fast'; allowed: a motion file without a base"),
+        ("base: nod_fast\n", "base: got 'nod_fast'; allowed: a motion file that is not based on"),
         ("base: nod\ntimes: {sideways: 0.4}\n", r"times\.sideways.*a pose of a keyframe"),
     ],
 )

@@ -112,6 +112,16 @@ def test_a_bad_preset_file_is_refused_with_its_path(
         load_preset(path)
 
 
+def test_a_preset_names_only_what_differs_from_its_base(tmp_path: Path) -> None:
+    (tmp_path / "slow.yaml").write_text("base: zmp\nstep_forward_max: 0.02\nstep_side_max: 0.03\n")
+    (tmp_path / "mine.yaml").write_text("base: slow\nstep_side_max: 0.04\n")
+    expected = load_preset("zmp").replace(step_forward_max=0.02, step_side_max=0.04)
+    assert load_preset(tmp_path / "mine.yaml") == expected
+    (tmp_path / "mine.yaml").write_text("base: slowly\n")
+    with pytest.raises(NaoGaitError, match=r"mine\.yaml: base: got 'slowly'; allowed: .*zmp"):
+        load_preset(tmp_path / "mine.yaml")
+
+
 def test_an_empty_preset_is_the_default(tmp_path: Path) -> None:
     path = tmp_path / "empty.yaml"
     path.write_text("")
