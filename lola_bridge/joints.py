@@ -21,9 +21,6 @@ class JointMap:
 
     One motor turns both hips: LoLA's LHipYawPitch is read for both and commanded by the leader.
 
-    Args:
-        robot: A NAO.
-
     Attributes:
         names: The joints that are measured: LoLA's, and those that share a motor of LoLA.
         driven: (25,) Motors that the gait drives.
@@ -71,11 +68,7 @@ class JointMap:
 
 
 def sitting_pose(robot: RobotDescription) -> FloatArray:
-    """(22,) [rad] the last pose of the shipped motion that ends sitting; the head as it stands.
-
-    Raises:
-        NaoGaitError: The robot has none.
-    """
+    """(22,) [rad] the last pose of the shipped motion that ends sitting; the head as it stands."""
     motion = library_of(robot).between(Posture.STANDING, Posture.SITTING)
     pose = None if motion is None else motion.keyframes[-1].position
     if pose is None:

@@ -43,11 +43,7 @@ class Body:
             self._gains.append((stiffness, damping))
 
     def frame(self, percepts: Percepts) -> SensorFrame:
-        """The sensor frame of a cycle.
-
-        Raises:
-            NaoGaitError: A joint is missing.
-        """
+        """The sensor frame of a cycle."""
         missing = [each for each in self._sensors if each not in percepts.joints]
         if missing:
             raise NaoGaitError("joints", f"without {', '.join(missing)}", "all of the robot")

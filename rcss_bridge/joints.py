@@ -60,11 +60,7 @@ ROBOTS = {
 
 
 def server_robot(name: str) -> ServerRobot:
-    """A robot by the server's name.
-
-    Raises:
-        NaoGaitError: The server has none of that name that is known here.
-    """
+    """A robot by the server's name."""
     if name not in ROBOTS:
         raise NaoGaitError("robot", name, ", ".join(ROBOTS))
     return ROBOTS[name]

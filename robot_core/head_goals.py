@@ -39,7 +39,6 @@ class LookAt:
 
     Attributes:
         point: [m]
-        frame: Frame of the point.
     """
 
     point: Point3
@@ -52,7 +51,6 @@ class Follow:
 
     Attributes:
         point: [m] Last position.
-        frame: Frame of the point.
     """
 
     point: Point3

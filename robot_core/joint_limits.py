@@ -13,11 +13,7 @@ asks for up to twice as much for single ticks. Only a robot that falls is asked 
 
 
 class JointLimits:
-    """Limits joint targets.
-
-    Args:
-        robot: The robot, with its limits.
-    """
+    """Limits joint targets."""
 
     def __init__(self, robot: RobotDescription):
         lower, upper = robot.lower.tolist(), robot.upper.tolist()

@@ -75,13 +75,7 @@ class HeatModel:
         self.state = self._state(np.zeros(count), heat.electronics)
 
     def step(self, torque: FloatArray, velocity: FloatArray, seconds: float) -> MotorState:
-        """Advance by a control period.
-
-        Args:
-            torque: (n,) [N m] at the joints.
-            velocity: (n,) [rad/s] of the joints.
-            seconds: [s].
-        """
+        """Advance by a control period."""
         heat = self._heat
         driven = np.abs(torque) / self._efficiency
         self.final = heat.ambient + self._rise * np.square(driven)

@@ -35,9 +35,7 @@ class Surroundings:
     """The world without its robots.
 
     Attributes:
-        ball: None = none.
         field: Lines and carpet; None = a plain floor.
-        goals: None = none.
     """
 
     ground: tuple[Prism, ...] = ()

@@ -84,7 +84,6 @@ class FaultResult:
 
     Attributes:
         violations: Violated invariants as `kind: evidence`.
-        explained: Diagnostics above OK.
     """
 
     run: FaultRun

@@ -21,11 +21,7 @@ from gait_lab.faults.soccer_faults import SOCCER_FAULTS, run_soccer_fault
 
 @dataclass(frozen=True, slots=True)
 class Scope:
-    """One campaign.
-
-    Attributes:
-        run: Runs one fault; picklable.
-    """
+    """One campaign."""
 
     classes: Mapping[str, type[Fault]]
     others: Mapping[str, type[Fault]]

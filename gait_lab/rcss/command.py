@@ -73,11 +73,7 @@ def run(
     exact: bool,
     say: Callable[[str], None],
 ) -> int:
-    """Bring robots onto the field; the exit status.
-
-    Raises:
-        NaoGaitError: An argument is not allowed.
-    """
+    """Bring robots onto the field; the exit status."""
     server_robot(robot)
     init(robot, team, number)
     if not 0 < port < 65536:
@@ -111,17 +107,7 @@ def supervise(
     running: list[BaseProcess],
     say: Callable[[str], None],
 ) -> int:
-    """A process for each job until all have ended; who is killed begins anew.
-
-    Args:
-        jobs: Of the team.
-        start: Starts a process.
-        running: Holds the processes that run.
-        say: Tells what happens.
-
-    Returns:
-        The exit status.
-    """
+    """A process for each job until all have ended; who is killed begins anew."""
     owners: dict[object, tuple[BaseProcess, Job]] = {}
 
     def begin(job: Job) -> None:

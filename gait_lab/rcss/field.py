@@ -39,11 +39,7 @@ _FIELDS = {
 
 
 class ServerField:
-    """A field of the server; x points to the right goal. All lengths are divided by `size`.
-
-    Raises:
-        NaoGaitError: The server has no such field.
-    """
+    """A field of the server; x points to the right goal. All lengths are divided by `size`."""
 
     def __init__(self, name: str, size: float = 1.0) -> None:
         if name not in _FIELDS:

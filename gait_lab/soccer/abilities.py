@@ -38,11 +38,7 @@ PAIR_PUSHED, PAIR_APART = 0.3, 0.7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbilitySpec(PitchSpec):
-    """One trial of an ability.
-
-    Attributes:
-        name: One of `ABILITIES`.
-    """
+    """One trial of an ability."""
 
     name: str
 

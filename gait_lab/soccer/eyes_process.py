@@ -49,10 +49,6 @@ class Exposure(NamedTuple):
     """An image to be drawn.
 
     Attributes:
-        robot: Index of the robot.
-        camera: Index of its camera.
-        stamp: [ns].
-        view: The camera in the world.
         motion: u, v [px] by which the image moves during the exposure.
         picture: Of the world; see `World.picture`.
     """
@@ -87,11 +83,7 @@ class EyesProcess:
         self._seen: dict[tuple[int, int], deque[Seen]] = {}
 
     def send(self, message: Exposure | tuple[int, BodyAt]) -> None:
-        """Send an image to be drawn, or the body of the robot of an index.
-
-        Raises:
-            NaoGaitError: The process has ended.
-        """
+        """Send an image to be drawn, or the body of the robot of an index."""
         # A process that cannot get rid of its answers would not listen either.
         while self._connection.poll():
             self._receive()
@@ -130,14 +122,7 @@ class EyesProcess:
 
 
 class RemoteEyes:
-    """The cameras of a robot, whose images another process draws and reads; see `Eyes`.
-
-    Args:
-        process: That process.
-        world: The world of the match.
-        index: Of the robot in it.
-        gait: Of the robot.
-    """
+    """The cameras of a robot, whose images another process draws and reads; see `Eyes`."""
 
     def __init__(self, process: EyesProcess, world: World, index: int, gait: Gait) -> None:
         self._process, self._index = process, index

@@ -149,11 +149,7 @@ class RandomWalk(Policy):
 
 
 def record(spec: WalkSpec) -> WalkSamples:
-    """Walk in the physics; the same specification gives the same walk.
-
-    Raises:
-        NaoGaitError: The scene has no field.
-    """
+    """Walk in the physics; the same specification gives the same walk."""
     scene = scene_of(spec)
     return _run(attrs.evolve(scene, ball=None), spec, half_of(scene))
 

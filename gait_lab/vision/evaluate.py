@@ -26,11 +26,7 @@ SETTLE = 1.0
 
 @dataclass(frozen=True, slots=True)
 class VisionWalk:
-    """One walk to be seen.
-
-    Attributes:
-        kind: One of `walks.KINDS`.
-    """
+    """One walk to be seen."""
 
     seed: int
     kind: str

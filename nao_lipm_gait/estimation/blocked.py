@@ -40,12 +40,7 @@ class BlockedDetector:
         self._steps: deque[tuple[float, float, float, float]] = deque(maxlen=2 * STEPS)
 
     def step(self, wanted: Pose2, q_in_odom: Pose2) -> None:
-        """The support changes.
-
-        Args:
-            wanted: Size that the step was meant to have, in its Q.
-            q_in_odom: Pose of the new Q by the odometry.
-        """
+        """The support changes."""
         last, self._q_in_odom = self._q_in_odom, q_in_odom
         if last is None:
             return

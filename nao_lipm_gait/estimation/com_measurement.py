@@ -14,11 +14,7 @@ from robot_core.types import Point3, Pose2
 
 @final
 class LevelFrame:
-    """The level frame of a sole, given in the torso frame.
-
-    Attributes:
-        origin: Origin [m].
-    """
+    """The level frame of a sole, given in the torso frame."""
 
     __slots__ = ("forward", "left", "origin", "up")
 

@@ -26,11 +26,7 @@ YAW_ERROR, REACH_ERROR = 5, 6
 
 
 class SharedHipLegs:
-    """Both legs of a NAO.
-
-    Args:
-        geometry: Lengths of its legs.
-    """
+    """Both legs of a NAO."""
 
     def __init__(self, geometry: LegGeometry):
         self._thigh = geometry.thigh

@@ -46,12 +46,7 @@ RANGE_MAX = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Upright:
-    """What a post or pole looks like.
-
-    Attributes:
-        diameter: [m].
-        height: [m].
-    """
+    """What a post or pole looks like."""
 
     kind: Kind
     colors: tuple[int, ...]

@@ -52,11 +52,7 @@ VARIANCE_MIN, VARIANCE_MAX = 1e-8, 1e4
 
 
 class WorldModel:
-    """Percepts, odometry and team messages in; `WorldState` out.
-
-    Attributes:
-        localization: The particles.
-    """
+    """Percepts, odometry and team messages in; `WorldState` out."""
 
     def __init__(self, settings: WorldSettings) -> None:
         self._field = FieldMap(settings.field, settings.goals, settings.poles)

@@ -14,7 +14,6 @@ def executable(
 
     Args:
         name: Name of the executable, for its messages.
-        description: For `--help`.
         nodes: `module:class` of each node.
         loop: `module:function` that serves them until a stop is requested.
     """

@@ -29,7 +29,6 @@ class LolaBody:
     """One robot behind LoLA.
 
     Args:
-        robot: The simulated robot.
         period: Time [s] of a cycle.
 
     Attributes:

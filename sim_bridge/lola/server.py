@@ -25,9 +25,6 @@ class LolaSocket:
 
         Args:
             path: A file that is no socket, or at which another server listens, is refused.
-
-        Raises:
-            NaoGaitError: The path cannot be used.
         """
         self._path = path
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -69,11 +66,7 @@ class LolaSocket:
         return True
 
     def wait(self, seconds: float) -> list[LolaCommand]:
-        """Wait for bytes or a new client, and return the commands that are complete.
-
-        Args:
-            seconds: Longest time to wait.
-        """
+        """Wait for bytes or a new client, and return the commands that are complete."""
         sockets = [self._listener if self._client is None else self._client]
         readable, _, _ = select.select(sockets, [], [], max(0.0, seconds))
         if not readable:

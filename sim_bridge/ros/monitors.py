@@ -35,7 +35,6 @@ class SpeedMonitor:
         """A line for the log if the speed has changed.
 
         Args:
-            now: Wall time [ns].
             lost: [ns] of wall time given up so far, as of `Pacer`.
         """
         elapsed = now - self._window_start

@@ -37,8 +37,6 @@ class RobotInterface:
         """Make the publishers and subscriptions.
 
         Args:
-            node: The bridge.
-            robot: The robot.
             lockstep: Each reading waits for its answer.
             push_duration: [s] for which a push acts.
         """
@@ -78,11 +76,7 @@ class RobotInterface:
         self._inputs.subscribe(WrenchStamped, f"{below}push", self._on_push)
 
     def publish(self, now: int) -> None:
-        """Publish a new reading, if there is one, and the truth.
-
-        Args:
-            now: [ns] simulated time.
-        """
+        """Publish a new reading, if there is one, and the truth."""
         reading = self.robot.read()
         if reading is not None and reading is not self._sent and now >= self._silent_until:
             self._sent = reading

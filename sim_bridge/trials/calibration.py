@@ -78,11 +78,7 @@ class Calibrating(Policy):
 
 
 def find_zeros(spec: TrialSpec) -> tuple[list[Zero], Calibration]:
-    """What `nao_gait calibrate --zeros` finds on a robot that was not calibrated.
-
-    Raises:
-        CalibrationError: The calibration failed.
-    """
+    """What `nao_gait calibrate --zeros` finds on a robot that was not calibrated."""
     gait = make_gait(replace(spec, calibration=NOT_CALIBRATED))
     with make_world(spec) as world:
         policy = Calibrating(gait, world.robot)
@@ -115,12 +111,7 @@ def _calibrate(spec: TrialSpec) -> Calibration | None:
 
 
 class SoleTilt(NamedTuple):
-    """Tilt of the left sole relative to the right one when the joint angles say parallel.
-
-    Attributes:
-        pitch: [rad]
-        roll: [rad]
-    """
+    """Tilt of the left sole relative to the right one when the joint angles say parallel."""
 
     pitch: float
     roll: float
@@ -142,8 +133,6 @@ class Levelled(NamedTuple):
 
     Attributes:
         left: Tilt that is left: the true one minus the applied one.
-        softness: Learned softness of the ground.
-        fallen: The robot has fallen.
     """
 
     left: SoleTilt

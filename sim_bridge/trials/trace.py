@@ -136,8 +136,6 @@ class Recorder:
         """Append a tick.
 
         Args:
-            truth: Ground truth.
-            command: What the gait was commanded.
             status: Status of the gait; None before its first frame.
         """
         left, right = truth.soles

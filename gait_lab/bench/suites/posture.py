@@ -39,7 +39,6 @@ class Piece(NamedTuple):
     """A part of the soccer sequence.
 
     Attributes:
-        seconds: Duration [s].
         forward: Share of the commanded speed.
         side: [m/s].
         turn: [rad/s].
