@@ -52,9 +52,14 @@ class BodyTargets:
         torso_roll: Roll of the torso against gravity [rad].
         torso_pitch: Pitch of the torso against gravity [rad].
         q_in_odom: Pose of Q by the planned steps; only differences of it are meaningful.
+        torso_yaw: Turn of the torso ahead of the mean of both soles [rad]; hips that share a yaw
+            joint leave no choice, and it counts as 0.
     """
 
-    __slots__ = ("com_in_q", "left_sole", "q_in_odom", "right_sole", "torso_pitch", "torso_roll")
+    __slots__ = (
+        "com_in_q", "left_sole", "q_in_odom", "right_sole", "torso_pitch", "torso_roll",
+        "torso_yaw",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -64,6 +69,7 @@ class BodyTargets:
         torso_roll: float,
         torso_pitch: float,
         q_in_odom: Pose2,
+        torso_yaw: float = 0.0,
     ):
         self.com_in_q = com_in_q
         self.left_sole = left_sole
@@ -71,11 +77,14 @@ class BodyTargets:
         self.torso_roll = torso_roll
         self.torso_pitch = torso_pitch
         self.q_in_odom = q_in_odom
+        self.torso_yaw = torso_yaw
 
     def posed(self, com_in_q: Point3, torso_pitch: float) -> "BodyTargets":
         """The same targets with another CoM [m] and torso pitch [rad]."""
         left, right, roll = self.left_sole, self.right_sole, self.torso_roll
-        return BodyTargets(com_in_q, left, right, roll, torso_pitch, self.q_in_odom)
+        return BodyTargets(
+            com_in_q, left, right, roll, torso_pitch, self.q_in_odom, self.torso_yaw
+        )
 
 
 @final
@@ -258,6 +267,7 @@ def body_targets(
     swing_sole: SoleTarget,
     parameters: GaitParameters,
     q_in_odom: Pose2,
+    torso_yaw: float = 0.0,
 ) -> BodyTargets:
     """Targets of one tick of a walk, with the soles sorted by side.
 
@@ -265,7 +275,10 @@ def body_targets(
         com_in_q: CoM in Q [m].
         support_sole: Pose of the supporting sole in Q; it is flat on the ground.
         q_in_odom: Pose of Q by the planned steps.
+        torso_yaw: Turn of the torso ahead of the mean of both soles [rad].
     """
     standing = SoleTarget(support_sole[0], support_sole[1], 0.0, support_sole[2])
     left, right = (standing, swing_sole) if support == LEFT else (swing_sole, standing)
-    return BodyTargets(com_in_q, left, right, 0.0, parameters.torso_pitch, q_in_odom)
+    return BodyTargets(
+        com_in_q, left, right, 0.0, parameters.torso_pitch, q_in_odom, torso_yaw
+    )

@@ -42,6 +42,7 @@ class SwingFoot:
         self._ahead = 0.0  # [m] forward from start to landing, not negative
         self._toe_lift = toe_lift
         self._x, self._y, self._yaw = start
+        self._even_yaw = start[2]
         self._lift = lift
         self._rise = rise
         self._travel_end = travel_end
@@ -66,6 +67,11 @@ class SwingFoot:
         share = raised_cosine(2.0 * min(travelled, 1.0 - travelled))
         return -self._toe_lift * self._ahead * share
 
+    @property
+    def yaw_behind(self) -> float:
+        """Angle [rad] by which the sole is behind one that turns at a constant rate."""
+        return self._even_yaw - self._yaw
+
     def move_towards(self, landing: Pose2, dt: float, time_left: float) -> None:
         """Advance by one tick.
 
@@ -79,6 +85,7 @@ class SwingFoot:
         ahead = max(0.0, ahead)
         begins = self.phase == 0.0
         self._ahead = ahead if begins else self._ahead + time_share * (ahead - self._ahead)
+        self._even_yaw += time_share * (landing[2] - self._even_yaw)
         before = raised_cosine(self.phase / self._travel_end)
         self.phase = 1.0 if time_share == 1.0 else self.phase + (1.0 - self.phase) * time_share
         after = raised_cosine(self.phase / self._travel_end)

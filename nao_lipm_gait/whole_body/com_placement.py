@@ -70,6 +70,8 @@ class ComPlacement:
         body.set_joints(self._position)
         com = body.com_in_torso()
         self._com_in_torso = (com, com, com)
+        hips = {robot.left_leg.hip_yaw, robot.right_leg.hip_yaw}
+        self._turns_freely = all(set(pair) != hips for pair in robot.coupled_joints)
         self._torso_yaw = (0.0, 0.0, 0.0)
         self._lowered = 0.0
 
@@ -103,8 +105,10 @@ class ComPlacement:
         cz = _extrapolated(last[2], before[2], first[2])
         last_yaw, yaw_before, first_yaw = self._torso_yaw
         torso_yaw = _extrapolated(last_yaw, yaw_before, first_yaw)
+        ahead_yaw = targets.torso_yaw if self._turns_freely else 0.0
         for attempt in range(MAX_ITERATIONS):
-            rows = rotation_from_rpy(targets.torso_roll, targets.torso_pitch, mean_yaw + torso_yaw)
+            yaw = mean_yaw + torso_yaw + ahead_yaw
+            rows = rotation_from_rpy(targets.torso_roll, targets.torso_pitch, yaw)
             a, b, c = rows
             torso_x = com_x - (a[0] * cx + a[1] * cy + a[2] * cz)
             torso_y = com_y - (b[0] * cx + b[1] * cy + b[2] * cz)

@@ -43,7 +43,7 @@ class GroundAdaptation:
             (x, y, z - slope * (x - origin)),
             _on_slope(targets.left_sole, left, slope, origin),
             _on_slope(targets.right_sole, right, slope, origin),
-            targets.torso_roll, targets.torso_pitch, targets.q_in_odom,
+            targets.torso_roll, targets.torso_pitch, targets.q_in_odom, targets.torso_yaw,
         )  # fmt: skip
 
 

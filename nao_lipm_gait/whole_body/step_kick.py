@@ -92,7 +92,7 @@ class StepKick:
             left = _moved(left, x, y)
         return BodyTargets(
             targets.com_in_q, left, right, targets.torso_roll, targets.torso_pitch,
-            targets.q_in_odom,
+            targets.q_in_odom, targets.torso_yaw,
         )  # fmt: skip
 
 

@@ -60,8 +60,9 @@ class TiltCompensation:
         x, y, z = targets.com_in_q
         com = x - z * (p.tilt_com_gain * pitch), y + z * (p.tilt_com_gain * roll), z
         return BodyTargets(
-            com, left, right, targets.torso_roll, targets.torso_pitch, targets.q_in_odom
-        )
+            com, left, right, targets.torso_roll, targets.torso_pitch, targets.q_in_odom,
+            targets.torso_yaw,
+        )  # fmt: skip
 
 
 def _beyond(angle: float, deadband: float) -> float:

@@ -153,6 +153,17 @@ def test_com_and_soles_reach_their_targets(
         np.testing.assert_allclose(offset, wanted, atol=3e-4)
 
 
+def test_shared_hips_decide_the_torsos_turn(robot: RobotDescription) -> None:
+    soles = SoleTarget(0.03, 0.055, 0.0, 0.1), SoleTarget(-0.03, -0.055, 0.02, -0.1)
+    placed = [
+        ComPlacement(robot, BodyModel(robot), make_legs(robot)).place(
+            BodyTargets((0.0, 0.0, 0.258), *soles, 0.0, 0.0, (0.0, 0.0, 0.0), torso_yaw)
+        )
+        for torso_yaw in (0.0, 0.2)
+    ]
+    np.testing.assert_array_equal(placed[0].position, placed[1].position)
+
+
 def test_torso_goes_down_where_a_leg_would_be_too_short(robot: RobotDescription) -> None:
     placement = ComPlacement(robot, BodyModel(robot), make_legs(robot))
     wide = BodyTargets(

@@ -82,6 +82,16 @@ def pitches(way: float, yaw: float = 0.0) -> list[float]:
     return found
 
 
+def test_even_turn_has_a_constant_rate_and_ends_where_the_sole_does() -> None:
+    foot = SwingFoot((0.0, -0.05, -0.3), 0.02, 0.4, 0.9)
+    even, ticks = [-0.3], 20
+    for tick in range(ticks):
+        foot.move_towards((0.0, -0.05, 0.5), DT, (ticks - tick) * DT)
+        even.append(foot.pose_in_q[2] + foot.yaw_behind)
+    np.testing.assert_allclose(np.diff(even), 0.8 / ticks)
+    assert foot.yaw_behind == pytest.approx(0.0, abs=1e-12)
+
+
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.0])
 def test_toes_go_up_halfway_and_lie_flat_at_both_ends(yaw: float) -> None:
     found = pitches(0.16, yaw)

@@ -105,6 +105,7 @@ class LipmWalk:
         self._origin = (0.0, 0.0)
         self._swing = self._swing_foot(other, 0.0)
         self._swing_target = SoleTarget(other[0], other[1], 0.0, other[2])
+        self._torso_yaw = 0.0
         self._steps_in_place = 0
         self._sway.begin()
         self._unobserved = 0
@@ -188,6 +189,9 @@ class LipmWalk:
         self._predicted = state
         x, y, yaw = self._swing.pose_in_q
         self._swing_target = SoleTarget(x, y, self._swing.height, yaw, self._swing.pitch)
+        # The torso turns at a constant rate: it is not braked and driven anew in every step, which
+        # the friction of one sole would have to do.
+        self._torso_yaw = 0.5 * self._swing.yaw_behind
         self._committed.append(tuple(self._next_period(self._after_push(state), command)))
         self._sent.append(sent)
         return self._targets(state)
@@ -206,6 +210,7 @@ class LipmWalk:
             self._swing_target,
             self._p,
             state.q_in_odom,
+            self._torso_yaw,
         )
 
     # -- planning ----------------------------------------------------------------------------------
