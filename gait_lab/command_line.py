@@ -33,8 +33,10 @@ class Command:
     """A command of the tool, or a group of them.
 
     Attributes:
+        help: One line.
         run: `module:function`, imported when it is called with the arguments by name and `say`; it
             returns the exit status, or None for success.
+        arguments: Its arguments.
         parts: Subcommands by name, instead of `run`.
         declare: Declares arguments that have to be computed, and sets `run` to a function of them.
     """

@@ -35,10 +35,16 @@ class StandRange:
     Attributes:
         low: Lowest [m]; NaN if there is none.
         high: Highest [m].
+        torque: Its torque [N m].
+        available: Torque that its motor has there [N m].
     """
 
     def __init__(self, robot: RobotDescription) -> None:
-        """Try all heights."""
+        """Try all heights.
+
+        Args:
+            robot: The robot.
+        """
         p = preset_for(robot, DEFAULT)
         half = 0.5 * robot.size * p.foot_spacing
         body, torques = BodyModel(robot), SupportTorque(robot)
@@ -175,7 +181,16 @@ def _paint(color: str) -> tuple[float, ...]:
 
 
 def check(file: str, out: Path | None, say: Callable[[str], None]) -> None:
-    """Check a robot."""
+    """Check a robot.
+
+    Args:
+        file: Shipped name, URDF or robot file.
+        out: PNG to write; None = `out/NAME.png`.
+        say: Prints a line.
+
+    Raises:
+        NaoGaitError: The robot cannot be loaded, cannot stand, or a motor is too weak for a stand.
+    """
     robot = load_robot(file)
     stand = StandRange(robot)
     for key, text in _lines(robot, stand):

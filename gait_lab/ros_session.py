@@ -50,6 +50,18 @@ def ros_node(name: str, namespace: str = "", use_sim_time: bool = False) -> Iter
     """Create a node for the time of a command.
 
     rclpy installs no signal handlers: Ctrl-C must not end ROS before the last messages are sent.
+
+    Args:
+        name: Name of the node.
+        namespace: Namespace of the robot; "" for none.
+        use_sim_time: Whether the clock of the node follows `/clock`.
+
+    Yields:
+        The node.
+
+    Raises:
+        NaoGaitError: If the namespace is not a valid one for ROS.
+        KeyboardInterrupt: If a signal came during the start.
     """
     with stop_on_signal() as stop:
         import rclpy

@@ -190,7 +190,11 @@ def _elements(facts: Facts, variant: str) -> Iterator[ET.Element]:
 
 
 def urdf_text(name: str) -> str:
-    """The URDF of a model, as in `urdf_text("nao_h21_v33")`."""
+    """The URDF of a model, as in `urdf_text("nao_h21_v33")`.
+
+    Raises:
+        NaoGaitError: There is no such model.
+    """
     if name not in MODELS:
         raise NaoGaitError("model", name, f"one of {', '.join(MODELS)}")
     source, variant = MODELS[name]

@@ -94,6 +94,7 @@ class LolaSensors(NamedTuple):
         fsr: Loads [kg] of the left sole's front left, front right, rear left and rear right
             sensor, then those of the right sole.
         touch: In the order of `TOUCH`: 1 = pressed.
+        robot_config: Which robot it is.
     """
 
     stiffness: Sequence[float]
@@ -131,7 +132,11 @@ class LolaCommand(NamedTuple):
 
 
 def encode_sensors(sensors: LolaSensors) -> bytes:
-    """The bytes of a sensor message."""
+    """The bytes of a sensor message.
+
+    Raises:
+        NaoGaitError: A field is not usable, or the message does not have its size.
+    """
     for key, value in zip(_FIELDS, sensors[:-1], strict=True):
         if key == "Status":
             _check_status(value)
@@ -184,7 +189,11 @@ def _check_status(value: Any) -> None:
 
 
 def encode_command(command: LolaCommand) -> bytes:
-    """The bytes of a command."""
+    """The bytes of a command.
+
+    Raises:
+        NaoGaitError: A field is not usable.
+    """
     mapping: dict[str, Any] = {}
     for key, value in (
         ("Position", command.position), ("Stiffness", command.stiffness), ("Chest", command.chest),

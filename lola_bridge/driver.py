@@ -83,6 +83,7 @@ class DriverSettings:
     Attributes:
         socket: Path of LoLA's socket.
         lockstep: Wait for each command without end; stamps count frames from 0.
+        safety: See `SafetySettings`.
     """
 
     socket: str
@@ -95,7 +96,11 @@ class DriverSettings:
 
     @classmethod
     def from_json(cls, text: str) -> "DriverSettings":
-        """From the text of `to_json`."""
+        """From the text of `to_json`.
+
+        Raises:
+            NaoGaitError: It is not of this version.
+        """
         try:
             values = json.loads(text)
             motors = MotorLimits(**values["safety"].pop("motors"))

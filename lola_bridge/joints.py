@@ -21,6 +21,9 @@ class JointMap:
 
     One motor turns both hips: LoLA's LHipYawPitch is read for both and commanded by the leader.
 
+    Args:
+        robot: A NAO.
+
     Attributes:
         names: The joints that are measured: LoLA's, and those that share a motor of LoLA.
         driven: (25,) Motors that the gait drives.
@@ -68,7 +71,11 @@ class JointMap:
 
 
 def sitting_pose(robot: RobotDescription) -> FloatArray:
-    """(22,) [rad] the last pose of the shipped motion that ends sitting; the head as it stands."""
+    """(22,) [rad] the last pose of the shipped motion that ends sitting; the head as it stands.
+
+    Raises:
+        NaoGaitError: The robot has none.
+    """
     motion = library_of(robot).between(Posture.STANDING, Posture.SITTING)
     pose = None if motion is None else motion.keyframes[-1].position
     if pose is None:

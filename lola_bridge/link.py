@@ -39,6 +39,7 @@ class DriverStatus(NamedTuple):
 
     Attributes:
         mode: What it does with the robot.
+        frames: Frames since the start.
         repeated: Frames that were answered with the last command again.
         late: Frames that were answered more than a period after they arrived.
         answer_median: [s] from the arrival of a frame to its answer, over the last second.
@@ -58,6 +59,8 @@ class SensorPacket(NamedTuple):
 
     Attributes:
         stamp: [ns]
+        status: State of the driver.
+        sensors: Bytes of the message.
     """
 
     stamp: int
@@ -105,7 +108,11 @@ def pack_command(stamp: int, position: Sequence[float], stiffness: Sequence[floa
 
 
 def unpack_command(packet: bytes) -> tuple[int, JointCommand]:
-    """Stamp [ns] and command of a packet of the node."""
+    """Stamp [ns] and command of a packet of the node.
+
+    Raises:
+        NaoGaitError: A number is not finite, or the packet is none.
+    """
     if len(packet) != _COMMAND.size:
         raise NaoGaitError("command", f"{len(packet)} bytes", f"{_COMMAND.size} bytes")
     _, stamp, *values = _COMMAND.unpack(packet)

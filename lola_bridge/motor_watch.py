@@ -61,7 +61,9 @@ class MotorWatch:
     """Watches the motors of one robot.
 
     Args:
+        limits: What they may show.
         driven: (25,) Motors that are commanded.
+        period: Time of a frame [s].
     """
 
     def __init__(self, limits: MotorLimits, driven: Sequence[bool], period: float) -> None:
@@ -92,6 +94,7 @@ class MotorWatch:
         """Judge a frame.
 
         Args:
+            sensors: The frame.
             position: (25,) [rad] what was sent last.
             stiffness: (25,) what was sent last.
         """

@@ -68,6 +68,7 @@ class SafetySettings:
     """Times and limits.
 
     Attributes:
+        period: Time of a cycle [s].
         stiffness_ramp: Time [s] in which the stiffness rises at the start and falls at the end.
         silence_time: Time [s] without a command after which the robot sits down.
         sit_time: Time [s] to sit down.
@@ -78,6 +79,7 @@ class SafetySettings:
         sit: (25,) [rad] Pose in which the robot rests on its legs without torque.
         dry_run: Send no stiffness, whatever is commanded.
         wait_for_button: No command passes until the chest button was held once.
+        motors: What the motors may show.
     """
 
     period: float
@@ -141,6 +143,9 @@ class _Refusals:
 
 class Safety:
     """The state machine of one robot.
+
+    Args:
+        settings: Times and limits.
 
     Attributes:
         mode: See `Mode`.

@@ -56,6 +56,9 @@ def _rounded(values: Settings) -> dict[str, Any]:
 def load_calibration(path: str | Path, robot: RobotDescription) -> Calibration:
     """Read a calibration file.
 
+    Returns:
+        The constant errors of its sensors.
+
     Raises:
         NaoGaitError: The file cannot be read, a value is not allowed, or it belongs to another
             robot.

@@ -9,7 +9,11 @@ from robot_core.types import SensorFrame, VelocityCommand
 
 
 def check_inputs(frame: SensorFrame, command: VelocityCommand, joints: int) -> None:
-    """Refuse what no tick can work with; one sum finds NaN and infinity in all three arrays."""
+    """Refuse what no tick can work with; one sum finds NaN and infinity in all three arrays.
+
+    Raises:
+        NaoGaitError: Names the field, with its index.
+    """
     try:
         position, rate = frame.joint_position, frame.angular_velocity
         force = frame.linear_acceleration

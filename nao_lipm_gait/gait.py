@@ -279,6 +279,7 @@ class Gait:
 
         Args:
             walking: The robot follows its command.
+            measured_after: Time [s] between the last frames; None without a new frame.
             moves_on: The walk plans one control period more; else the last one again.
         """
         state, dt = self._modes.state, self._elapsed
@@ -353,6 +354,9 @@ class Gait:
         stamps, and planned once, by the arrival of the frames: periods that `coast` has planned
         and frames that come early get no plan of their own. Of two lost frames, for example, both
         are expected and planned here, and the one that has arrived by `step`.
+
+        Args:
+            frame: The frame that has arrived.
 
         Returns:
             The lost frames, and the plans that are due in this tick, of which the last is still to
@@ -598,11 +602,22 @@ class Gait:
         self._requests.fall = True
 
     def request_motion(self, motion: str | Motion) -> None:
-        """Run a motion at once, or when the walk or another motion has ended."""
+        """Run a motion at once, or when the walk or another motion has ended.
+
+        Args:
+            motion: Name of a motion, `get_up`, or a motion that is in no library.
+
+        Raises:
+            NaoGaitError: The motion is unknown or cannot begin from the robot's posture.
+        """
         self._modes.motions.request(motion, self._modes.next_posture)
 
     def request_look(self, goal: Goal | None) -> None:
-        """Turn the head towards a goal, in any mode; None ends it."""
+        """Turn the head towards a goal, in any mode; None ends it.
+
+        Raises:
+            NaoGaitError: The robot has no head joints.
+        """
         if not self._head.exists:
             raise NaoGaitError("head", "none", "a robot with a `head` in its file")
         self._head.ask(self._size.goal(goal))
@@ -611,6 +626,9 @@ class Gait:
         """Lift the feet by a share of `swing_lift`, 0 to 1, from the next support change on.
 
         Beside other robots and posts a low foot pushes where a high one treads on things.
+
+        Raises:
+            NaoGaitError: The share is not from 0 to 1.
         """
         if not (is_number(share) and 0.0 <= share <= 1.0):
             raise NaoGaitError("lift", share, "0 to 1, a share of swing_lift")
@@ -626,6 +644,9 @@ class Gait:
                 request waits 0.5 s for a step that fits, and is then forgotten.
             direction: Where it shall go [rad], counter-clockwise from straight ahead.
             radius: Of the ball [m].
+
+        Raises:
+            NaoGaitError: A number is not finite.
         """
         if not all(map(is_number, (*ball, direction, radius))):
             raise NaoGaitError("kick", (*ball, direction), "finite x, y [m] and direction [rad]")

@@ -58,6 +58,7 @@ class ModeInputs(NamedTuple):
 
     Attributes:
         gets_up: A fallen robot gets up without a request.
+        dt: Time [s] since the last tick.
         lifted: See `SensorFrame`.
     """
 
@@ -123,6 +124,8 @@ class Modes:
     Args:
         requests: Requests from outside; they outlast a reset.
         motions: Running and requested motions.
+        robot: State of the robot.
+        walk: Progress of the walk.
 
     Attributes:
         fell: A fall was detected in the last tick.

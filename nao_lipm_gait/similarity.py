@@ -228,6 +228,8 @@ def fitted(
 
     Args:
         parameters: Parameters of `reference`.
+        robot: The robot.
+        reference: The robot for which they were chosen.
 
     Returns:
         The parameters with the lengths of soles and hips that the robot has, with shorter steps if

@@ -21,7 +21,20 @@ def make_status(
     motion: str,
     blocked: bool,
 ) -> GaitStatus:
-    """The status after a tick."""
+    """The status after a tick.
+
+    Args:
+        stamp: Stamp [ns] of the sensor frame of the tick.
+        state: Mode of the gait.
+        walk: The walk, also while it stands.
+        estimator: State of the robot.
+        targets: Targets of the last tick that had some; None before.
+        com_height: Height [m] of the pendulum's mass, as the parameters say.
+        ik_residual: Largest distance [m] of a sole from its target.
+        clipped_joints: Number of targets that were clipped at a joint limit.
+        motion: Name of the running motion, or empty.
+        blocked: The robot walks against something.
+    """
     expected, estimated, odometry = walk.expected, walk.estimated, estimator.odometry
     # The walk only knows its Qs relative to each other; the odometry places them in odom.
     q_in_odom = compose(odometry.support_sole_in_odom, relative(ORIGIN, estimated.sole_in_q))

@@ -44,7 +44,12 @@ class StepMean:
         self._ticks = 0
 
     def update(self, command: VelocityCommand, step_count: int) -> VelocityCommand:
-        """The mean since the step began; standstill counts at once."""
+        """The mean since the step began; standstill counts at once.
+
+        Args:
+            command: The command of this tick.
+            step_count: Number of the running step.
+        """
         if command.is_zero or step_count != self._step:
             self._step = step_count
             self._begin()
@@ -85,8 +90,10 @@ class HeadingHold:
         """The command with the yaw rate that turns the robot back to the held heading.
 
         Args:
+            command: Commanded velocity.
             heading: Heading [rad] by odometry.
             gain: Yaw rate per heading error [1/s]; 0 leaves the command unchanged.
+            dt: Time [s] since the last tick.
         """
         self._since_turn = 0.0 if command.yaw != 0.0 else self._since_turn + dt
         if gain <= 0.0 or command.yaw != 0.0 or command.is_zero:
@@ -153,6 +160,7 @@ class SpeedHold:
             walked: Velocity by odometry [m/s, m/s, rad/s].
             reserve: Share of the step limits that the walk does not use.
             time: Time constant [s] of the learning; 0 leaves the command unchanged.
+            dt: Time [s] since the last tick.
         """
         wanted_x, wanted_y, yaw = command.x, command.y, command.yaw
         if time <= 0.0 or (wanted_x == 0.0 and wanted_y == 0.0 and yaw == 0.0):
@@ -201,6 +209,7 @@ class _AxisHold:
         """Update the expected speed; returns whether the walk has had time to reach the command.
 
         Args:
+            wanted: Commanded speed.
             share: Time since the last tick as a share of `RESPONSE_TIME`.
         """
         self._steps += share * (wanted - self._steps)
@@ -211,6 +220,7 @@ class _AxisHold:
         """The corrected speed.
 
         Args:
+            wanted: Commanded speed.
             walked: Speed by odometry.
             room: Share of the correction for which the steps have room.
             step: Share of the error to learn in this tick.

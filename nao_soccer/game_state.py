@@ -75,6 +75,8 @@ class GameState:
     """The game as one player sees it; the default is a game without a referee.
 
     Attributes:
+        phase: Phase of the game.
+        set_play: What is going on while playing.
         own_kick: The own team kicks off or has the set play; None = nobody.
         ball_free: A kick-off or set play is over, so that both teams may play the ball.
         penalized: This player has a penalty: it stands still.
@@ -82,9 +84,12 @@ class GameState:
         selected: This player takes part; in a penalty shoot-out only kicker and goalkeeper do.
         stopped: The referee has stopped the game: all players stand still.
         goalkeeper: This player is the goalkeeper.
+        own_score: Goals of the own team.
+        other_score: Goals of the other team.
         seconds_remaining: Time [s] left in the half.
         first_half: It is the first half.
         game_phase: Part of the game.
+        competition: What is played.
         message_budget: Number of team messages that the team may still send; None = no limit.
         ball_distance: [m] that the other team keeps from the ball of a kick-off or set play.
         may_score: A goal of this player would count: it has not just taken an indirect free kick.

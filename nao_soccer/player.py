@@ -67,6 +67,9 @@ class Identity:
     """Who a player is.
 
     Attributes:
+        team: Number of its team.
+        player: Its number.
+        players: Number of players of the team.
         waits: It stands until a referee is heard. If not, it plays at once.
         roles: It agrees with its team mates who goes to the ball. If not, it always goes.
     """
@@ -87,8 +90,15 @@ class Player:
         settings: Of the world model; with the field and the goals.
         start: Pose x, y [m], yaw [rad] in the field of its team at which it begins; None = not
             known. From a penalty it comes back beside the touch line (`Field.entries`).
+        limits: Largest speeds; None = the defaults.
         planner: Chooses what to do with the ball; None = the one that plays at the goal.
         duel: How it plays beside other robots; None = the defaults.
+
+    Attributes:
+        world: Takes percepts, odometry and falls.
+        link: The team's radio.
+        role: The present role.
+        game: The state of the game.
     """
 
     def __init__(
@@ -136,7 +146,11 @@ class Player:
     # -- hearing -----------------------------------------------------------------------------------
 
     def hear_referee(self, data: bytes, time: float) -> None:
-        """Take a control message that came at `time` [s]; one older than the last is left out."""
+        """Take a control message that came at `time` [s]; one older than the last is left out.
+
+        Raises:
+            NaoGaitError: It cannot be read, or is of a game of other teams.
+        """
         message = decode(data)
         game = seen_by(message, self.identity.team, self.identity.player)
         # The network may swap packets; after a second of silence any packet is a new beginning.

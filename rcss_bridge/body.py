@@ -43,7 +43,11 @@ class Body:
             self._gains.append((stiffness, damping))
 
     def frame(self, percepts: Percepts) -> SensorFrame:
-        """The sensor frame of a cycle."""
+        """The sensor frame of a cycle.
+
+        Raises:
+            NaoGaitError: A joint is missing.
+        """
         missing = [each for each in self._sensors if each not in percepts.joints]
         if missing:
             raise NaoGaitError("joints", f"without {', '.join(missing)}", "all of the robot")

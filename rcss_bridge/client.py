@@ -26,6 +26,8 @@ class Client(AbstractContextManager["Client"]):
     """A player's connection; use it as a context manager.
 
     Args:
+        host: Of the server.
+        port: Its port for players.
         robot: The server's name of the robot: `K1`.
         team: Name of the team, without spaces and brackets.
         number: The player's, 1 to 99; the server takes 1 for the goalkeeper.
@@ -33,6 +35,9 @@ class Client(AbstractContextManager["Client"]):
 
     Attributes:
         heard: The server has sent something since the last connection.
+
+    Raises:
+        NaoGaitError: Team or number are not allowed.
     """
 
     def __init__(
@@ -66,7 +71,11 @@ class Client(AbstractContextManager["Client"]):
         return -1 if self._socket is None else self._socket.fileno()
 
     def connect(self) -> None:
-        """Connect and say who the player is."""
+        """Connect and say who the player is.
+
+        Raises:
+            ServerGoneError: Nobody listens.
+        """
         self.close()
         self.heard = False
         try:
@@ -80,7 +89,11 @@ class Client(AbstractContextManager["Client"]):
     def connect_within(
         self, patience: float, wait: Callable[[float], None] = time.sleep
     ) -> None:
-        """Connect; try again each `RETRY` for `patience` [s]."""
+        """Connect; try again each `RETRY` for `patience` [s].
+
+        Raises:
+            ServerGoneError: Nobody has listened.
+        """
         for attempts_left in range(max(0, round(patience / RETRY)), -1, -1):
             try:
                 return self.connect()
@@ -122,7 +135,11 @@ class Client(AbstractContextManager["Client"]):
         )
 
     def send(self, message: bytes) -> None:
-        """Answer a message."""
+        """Answer a message.
+
+        Raises:
+            ServerGoneError: The connection is over.
+        """
         if self._socket is None:
             raise self._gone("not connected")
         try:

@@ -40,6 +40,8 @@ class SeenPlayer(NamedTuple):
     """Another player, or the player's own limbs.
 
     Attributes:
+        team: Name of its team.
+        number: Its number.
         parts: Where its parts are seen: `head`, `lfoot`, `rfoot`.
     """
 
@@ -54,6 +56,7 @@ class Sight(NamedTuple):
     Attributes:
         marks: Landmarks by the server's names.
         ball: The ball, if it is in the field of view.
+        players: Players of both teams.
     """
 
     marks: dict[str, Polar]
@@ -66,6 +69,7 @@ class Speech(NamedTuple):
 
     Attributes:
         azimuth: [rad] of its speaker.
+        data: At most `SPEECH_MAX` bytes.
     """
 
     azimuth: float
@@ -95,6 +99,7 @@ class Percepts(NamedTuple):
 
     Attributes:
         time: Of the simulation [s]; it does not begin at 0.
+        game: The state of the game.
         joints: Angle [rad] by the name of the server's sensor, without `q_`: `llj1`.
         angular_velocity: [rad/s] of the torso in the torso's frame.
         linear_acceleration: Specific force [m/s^2] in the torso's frame, +9.81 upwards at rest.
@@ -153,7 +158,11 @@ def _percepts(top: Expression) -> Percepts:
 
 
 def torso_truth(message: bytes) -> tuple[Point3, tuple[float, float, float, float]]:
-    """The true place [m] and orientation w, x, y, z of the torso: for a judge only."""
+    """The true place [m] and orientation w, x, y, z of the torso: for a judge, never for a player.
+
+    Raises:
+        NaoGaitError: The message does not have them.
+    """
     try:
         top = parse(message)
         place = _vector(_one(_one(top, "pos"), "p"))

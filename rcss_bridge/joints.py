@@ -60,7 +60,11 @@ ROBOTS = {
 
 
 def server_robot(name: str) -> ServerRobot:
-    """A robot by the server's name."""
+    """A robot by the server's name.
+
+    Raises:
+        NaoGaitError: The server has none of that name that is known here.
+    """
     if name not in ROBOTS:
         raise NaoGaitError("robot", name, ", ".join(ROBOTS))
     return ROBOTS[name]

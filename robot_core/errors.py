@@ -25,6 +25,13 @@ class NaoGaitError(ValueError):
     """An input was refused.
 
     Args:
+        field: Name of the field.
+        value: Value of the field.
+        allowed: What would have been accepted.
+
+    Attributes:
+        field: Name of the field.
+        value: Value of the field.
         allowed: What would have been accepted.
     """
 

@@ -93,6 +93,8 @@ class Marking:
     """A painted rectangle.
 
     Attributes:
+        x: [m] of its centre.
+        y: [m] of its centre.
         length: [m] along its heading.
         width: [m] across.
         heading: [rad].
@@ -261,6 +263,7 @@ class Field(Settings):
         Args:
             ball: x, y, z [m] of its centre.
             radius: [m].
+            goals: The goals; None = there are none.
         """
         x, y, z = ball
         beyond = self.line_width / 2.0 + radius

@@ -39,6 +39,7 @@ class LookAt:
 
     Attributes:
         point: [m]
+        frame: Frame of the point.
     """
 
     point: Point3
@@ -51,6 +52,7 @@ class Follow:
 
     Attributes:
         point: [m] Last position.
+        frame: Frame of the point.
     """
 
     point: Point3

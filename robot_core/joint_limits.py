@@ -13,7 +13,11 @@ asks for up to twice as much for single ticks. Only a robot that falls is asked 
 
 
 class JointLimits:
-    """Limits joint targets."""
+    """Limits joint targets.
+
+    Args:
+        robot: The robot, with its limits.
+    """
 
     def __init__(self, robot: RobotDescription):
         lower, upper = robot.lower.tolist(), robot.upper.tolist()

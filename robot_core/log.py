@@ -112,6 +112,9 @@ class Report:
     """One status of the diagnostics.
 
     Attributes:
+        name: What it is about.
+        level: The worst of what is said.
+        message: One line.
         values: Numbers as text, with their unit in the name.
     """
 

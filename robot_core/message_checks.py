@@ -14,7 +14,11 @@ _NAME_LENGTH = 40
 
 
 def stamp_of(sec: int, nanosec: int, field: str) -> int:
-    """Join the two parts of a ROS stamp to [ns]."""
+    """Join the two parts of a ROS stamp to [ns].
+
+    Raises:
+        NaoGaitError: For a negative time, or a second or more in `nanosec`.
+    """
     if nanosec >= _NANOSECONDS:
         raise NaoGaitError(f"{field}.nanosec", nanosec, "0 to 999999999")
     if sec < 0:
@@ -23,14 +27,22 @@ def stamp_of(sec: int, nanosec: int, field: str) -> int:
 
 
 def finite(value: float, field: str, limit: float, unit: str) -> float:
-    """Check that a number is finite and not beyond `limit` in size; returns it."""
+    """Check that a number is finite and not beyond `limit` in size; returns it.
+
+    Raises:
+        NaoGaitError: If it is not.
+    """
     if -limit <= value <= limit:  # false for NaN as well
         return value
     raise NaoGaitError(field, value, f"a finite number from {-limit:g} to {limit:g} {unit}")
 
 
 def read_vector(values: Sequence[float], field: str, limit: float, unit: str) -> FloatArray:
-    """Check the three components of a vector like `finite` does; returns it as (3,)."""
+    """Check the three components of a vector like `finite` does; returns it as (3,).
+
+    Raises:
+        NaoGaitError: With the first component that is refused.
+    """
     for axis, value in zip("xyz", values, strict=True):
         if not -limit <= value <= limit:
             finite(value, f"{field}.{axis}", limit, unit)

@@ -83,7 +83,11 @@ def share(*parts: str) -> Path:
 
 
 def names(kind: str) -> tuple[str, ...]:
-    """The shipped names of a kind, which is a key of `_KINDS`."""
+    """The shipped names of a kind, which is a key of `_KINDS`.
+
+    Raises:
+        NaoGaitError: There is no such kind.
+    """
     if kind not in _KINDS:
         raise NaoGaitError("kind of resource", kind, f"one of {', '.join(_KINDS)}")
     folder, suffixes = _KINDS[kind]
@@ -122,11 +126,16 @@ def read_layers(
     """Read a YAML file and those that its key `base` names; each holds what differs from the next.
 
     Args:
+        path: The file.
+        what: What the file is, for error messages.
         kind: Shipped names of this kind can be a base; a file beside this one always can.
         above: Files that are based on this one.
 
     Returns:
         Path and mapping of each file, the lowest base first.
+
+    Raises:
+        NaoGaitError: A file that cannot be read, no mapping, an unknown base, a circle of bases.
     """
     values = read_yaml(path, what)
     if values is None:

@@ -289,7 +289,9 @@ class Field:
     """One field of a group.
 
     Attributes:
+        name: Key in a mapping and attribute of the group.
         default: Value if none is given; `REQUIRED` if there is no default.
+        kind: What it can hold.
         meaning: One sentence for documentation and ROS descriptors.
         section: Title of the part of the group that begins with this field, or empty.
     """
@@ -361,7 +363,11 @@ class Settings:
         """Make a group from a mapping; a field that is not named keeps its default.
 
         Args:
+            values: Values by name of the field.
             where: Path of the group, for error messages.
+
+        Returns:
+            The group.
 
         Raises:
             NaoGaitError: `values` is not a mapping, a key is unknown, a required key is missing, or
@@ -559,10 +565,17 @@ def number(
     """A field that holds a number.
 
     Args:
+        default: Value if none is given.
+        minimum: Smallest value.
+        maximum: Largest value.
         unit: Unit, for messages and documentation.
+        meaning: One sentence for documentation.
         whole: Accept integers only.
         optional: Also allow null.
         section: Title of the part of the group that begins here.
+
+    Returns:
+        An attrs field.
     """
     kind: Kind = Number(minimum, maximum, unit, whole)
     return field(Optional(kind) if optional else kind, default, meaning, section)
@@ -585,7 +598,11 @@ def choice(
     Args:
         choices: The words, or an enumeration of them.
         meaning: One sentence for documentation.
+        default: Another default; `REQUIRED` for none.
         section: Title of the part of the group that begins here.
+
+    Returns:
+        An attrs field.
     """
     words = choices if isinstance(choices, tuple) else tuple(each.value for each in choices)
     kind = Choice(words, str if isinstance(choices, tuple) else choices)

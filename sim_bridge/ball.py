@@ -31,6 +31,10 @@ class Ball:
     """A RoboCup SPL foam ball.
 
     Attributes:
+        x: [m] in the world at the start.
+        y: [m] in the world at the start.
+        radius: [m].
+        mass: [kg].
         color: Red, green, blue; for pictures.
     """
 
@@ -92,7 +96,20 @@ def shoe(sole: Sole) -> Shape:
 def ball_position(
     x: float, y: float, radius: float, ground: tuple[Prism, ...] = ()
 ) -> FloatArray:
-    """Centre of a ball that lies on the highest point of the ground under it."""
+    """Centre of a ball that lies on the highest point of the ground under it.
+
+    Args:
+        x: [m] in the world.
+        y: [m] in the world.
+        radius: Of the ball [m].
+        ground: Prisms that rise above the floor.
+
+    Returns:
+        (3,) [m] in the world.
+
+    Raises:
+        NaoGaitError: x or y is not finite, or farther than 1 km.
+    """
     for name, value in (("x", x), ("y", y)):
         if not (math.isfinite(value) and abs(value) < 1e3):
             raise NaoGaitError(f"ball {name}", value, "-1000 to 1000 m")

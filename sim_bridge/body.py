@@ -35,6 +35,7 @@ class Link:
     """A rigid body in the frame of the joint that moves it (the root: in the torso frame).
 
     Attributes:
+        name: Name of the link.
         joint: Name of the joint that moves it; empty for the root.
         parent: Name of the parent link; empty for the root.
         position: (3,) [m] of the joint in the parent link.
@@ -42,6 +43,7 @@ class Link:
         axis: (3,) of the joint.
         lower: [rad] lower end stop, true angle.
         upper: [rad] upper end stop, true angle.
+        mass: [kg].
         com: (3,) [m] centre of mass.
         inertia: (3, 3) [kg m^2] about the centre of mass.
         side: `left` or `right` for the links of the legs, otherwise empty.
@@ -70,6 +72,7 @@ class Sole:
     """A sole: a frame fixed to a foot, with its contact points.
 
     Attributes:
+        name: Name of the sole frame.
         position: (3,) [m] in the foot link.
         rotation: (3, 3), sole to foot link.
         points: (3,) [m] centres of the contact spheres in the sole frame; the lowest points of the
@@ -105,6 +108,7 @@ class Body:
     Attributes:
         links: Parents come first; the root is the torso.
         soles: left, right.
+        mass: [kg].
         imu_position: (3,) [m] in the torso frame.
         imu_rotation: (3, 3), IMU frame to torso.
     """
@@ -119,6 +123,8 @@ class Body:
         """Read the URDF.
 
         Args:
+            robot: URDF, joint names and frames.
+            individual: Masses and encoder offsets.
             soles: Contact points; None = the corners of the robot's own soles.
             color: Of the upper body in pictures; None = those of the URDF.
 

@@ -23,7 +23,11 @@ class DelayLine(Generic[Item]):
         self._items: deque[tuple[int, Item]] = deque()
 
     def put(self, stamp: int, item: Item) -> None:
-        """Add an item sampled at `stamp` [ns]; stamps must increase."""
+        """Add an item sampled at `stamp` [ns]; stamps must increase.
+
+        Raises:
+            NaoGaitError: This one does not.
+        """
         if self._items and stamp <= self._items[-1][0]:
             raise NaoGaitError("stamp", stamp, f"later than {self._items[-1][0]} ns")
         self._items.append((stamp, item))

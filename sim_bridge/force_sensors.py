@@ -20,7 +20,17 @@ class ForceSensorModel:
     def __init__(
         self, robot: RobotDescription, plant: Plant, individual: Individual, noise_seed: int
     ) -> None:
-        """Prepare the sensors."""
+        """Prepare the sensors.
+
+        Args:
+            robot: Places of the sensors.
+            plant: Noise and dead zone.
+            individual: Gains and offsets.
+            noise_seed: Of the noise.
+
+        Raises:
+            NaoGaitError: The plant wants sensors that this robot does not have.
+        """
         self._settings = plant.force_sensors
         self._places = robot.force_sensors
         self._individual = individual

@@ -75,7 +75,13 @@ class HeatModel:
         self.state = self._state(np.zeros(count), heat.electronics)
 
     def step(self, torque: FloatArray, velocity: FloatArray, seconds: float) -> MotorState:
-        """Advance by a control period."""
+        """Advance by a control period.
+
+        Args:
+            torque: (n,) [N m] at the joints.
+            velocity: (n,) [rad/s] of the joints.
+            seconds: [s].
+        """
         heat = self._heat
         driven = np.abs(torque) / self._efficiency
         self.final = heat.ambient + self._rise * np.square(driven)

@@ -30,6 +30,7 @@ class Individual:
         accel_bias: (3,) [m/s^2] in the IMU's axes.
         mass_scale: Factor on mass and inertia, for each link of the URDF that has a mass.
         friction: Coulomb coefficient of the pair sole and floor.
+        stiffness_scale: Factor on the contact stiffness.
         motor_strength: Factor on every motor's torque.
         force_gain: (2, 4) factor on the readings of the force sensors, left and right sole.
         force_offset: (2, 4) [N] added to them.

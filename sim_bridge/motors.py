@@ -26,6 +26,9 @@ class Setpoints:
         """Read the limits.
 
         Args:
+            robot: Joint limits, joint speeds and coupled joints.
+            plant: Whether speeds are limited.
+            individual: Encoder offsets.
             substeps: Physics steps per control period.
         """
         self._lower = np.asarray(robot.lower, dtype=float)
@@ -103,6 +106,8 @@ class TorqueLimits:
         """Limit of each motor (n,) [N m]; a motor that slows its joint, or is about to, brakes.
 
         Args:
+            velocity: (n,) joint velocity [rad/s].
+            torque: (n,) last motor torque [N m].
             wanted_velocity: (n,) [rad/s] that the servo demands.
         """
         if not self._line:
@@ -116,6 +121,8 @@ class TorqueLimits:
         """Number of motors whose torque exceeds a share of their limit.
 
         Args:
+            velocity: (n,) joint velocity [rad/s].
+            torque: (n,) motor torque [N m].
             share: Of the limit, for all motors or (n,) for each.
         """
         driving = np.maximum(self.standstill - self.loss * np.abs(velocity), 0.0)

@@ -19,7 +19,13 @@ from sim_bridge.surroundings import Surroundings
 
 
 class Place(NamedTuple):
-    """A box in the world."""
+    """A box in the world.
+
+    Attributes:
+        name: Of what is there.
+        low: (3,) [m] smallest x, y, z.
+        high: (3,) [m] largest x, y, z.
+    """
 
     name: str
     low: FloatArray
@@ -54,7 +60,13 @@ def check_free(
     """Refuse to put a robot somewhere while another one or the ball is there.
 
     Args:
+        robot: The robot.
+        start: Where it is to be.
+        robots: All robots.
         ball: (3,) [m] centre and radius [m]; None = none.
+
+    Raises:
+        NaoGaitError: Names what is there.
     """
     taken = [_now(other) for other in robots if other is not robot]
     if ball is not None:

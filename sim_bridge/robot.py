@@ -54,6 +54,7 @@ class RobotSpec:
 
     Attributes:
         seed: Number of the individual; -1 = the nominal robot.
+        noise_seed: Seed of the sensor noise, at least 0.
         sensor_delay: [s], 0 to 1; None = the plant's.
         start_state: One of `START_STATES`.
         name: Unique in its world; empty for a robot that is alone.
@@ -150,9 +151,11 @@ class SimulatedRobot:
 
     Attributes:
         spec: Which robot it is, and where it starts.
+        name: Unique in its world; empty for a robot that is alone.
         model: What the engine builds.
         description: Facts of all robots of this kind.
         plant: The plant with this robot's own sensors.
+        body: Masses, joints and shapes of this individual.
         individual: The errors of this robot.
         start: Where a reset puts the robot.
         cameras: Its cameras, in the order of its description; empty in a world without.
@@ -171,9 +174,14 @@ class SimulatedRobot:
         """Draw the individual and prepare its motors and sensors.
 
         Args:
+            spec: Which robot.
             plant: Kind of robot and floor.
+            ground: Prisms that rise above the floor.
             control_period: [ns], a multiple of the plant's physics step.
             cameras: Settings of its cameras; None = without cameras.
+
+        Raises:
+            NaoGaitError: A value of `spec` is not allowed, or the robot has no camera.
         """
         if spec.start_state not in START_STATES:
             raise NaoGaitError("start_state", spec.start_state, ", ".join(START_STATES))
@@ -304,6 +312,9 @@ class SimulatedRobot:
         """Leave a joint's motor a share of its torque from now on, 0 (limp) to 1 (whole).
 
         Of joints with one motor the leader's share counts.
+
+        Raises:
+            NaoGaitError: The robot has no such joint, or the share is not from 0 to 1.
         """
         if joint not in self.description.joint_names:
             raise NaoGaitError("joint", joint, f"a joint of {self.description.name}")
@@ -323,7 +334,11 @@ class SimulatedRobot:
         self._faults_changed = True
 
     def set_friction(self, friction: float | None) -> None:
-        """Set the friction of the soles on the floor from now on; None = the individual's own."""
+        """Set the friction of the soles on the floor from now on; None = the individual's own.
+
+        Raises:
+            NaoGaitError: It is not from 0 to 10.
+        """
         if friction is not None and not (math.isfinite(friction) and 0.0 <= friction <= 10.0):
             raise NaoGaitError("friction", friction, "0 to 10")
         self._friction = friction
@@ -358,6 +373,7 @@ class SimulatedRobot:
         """Forget commands, pushes and delayed readings; the engine has put the robot at `start`.
 
         Args:
+            time: [ns] now.
             state: The robot at its start.
         """
         self._restarted = time
@@ -455,6 +471,12 @@ def _start_state(
     """The robot at rest on the floor, with its encoders at the stand pose.
 
     On uneven ground the robot starts above the highest point under a standing sole.
+
+    Args:
+        body: The body of the individual.
+        joint_zero: (n,) [rad] encoder offsets of the individual.
+        spec: Kind of robot, start state and pose.
+        ground: Prisms that rise above the floor.
     """
     joints = spec.robot.stand_pose + joint_zero
     if spec.start_state == "stand":

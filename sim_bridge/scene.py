@@ -131,6 +131,9 @@ class Scene(Settings):
     def surroundings(self, ground: tuple[Prism, ...] = ()) -> Surroundings:
         """What surrounds the robots.
 
+        Args:
+            ground: Prisms that rise above the floor.
+
         Raises:
             NaoGaitError: The scene has a field and the ground is not level.
         """

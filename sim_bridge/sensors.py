@@ -40,6 +40,10 @@ class SensorModel:
         """Prepare the sensors.
 
         Args:
+            plant: Noise, ranges and resolution.
+            individual: Offsets, biases and the mounting of the IMU.
+            body: Place of the IMU in the torso.
+            noise_seed: Of the noise.
             period: [s] between two samples.
         """
         self._sensors = plant.sensors
@@ -116,6 +120,10 @@ def _read(
     """Reading of a sensor.
 
     Args:
+        true: True values.
+        bias: Constant errors.
+        noise: Standard normal samples.
+        sigma: Standard deviation of the noise.
         limit: Readings are clipped to +- this; None = no limit.
     """
     (x, y, z), (bx, by, bz), (nx, ny, nz) = true, bias, noise

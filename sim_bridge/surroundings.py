@@ -35,7 +35,9 @@ class Surroundings:
     """The world without its robots.
 
     Attributes:
+        ball: None = none.
         field: Lines and carpet; None = a plain floor.
+        goals: None = none.
     """
 
     ground: tuple[Prism, ...] = ()

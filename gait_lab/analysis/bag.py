@@ -68,6 +68,13 @@ class BagWriter(AbstractContextManager["BagWriter"]):
 
     A killed process loses the last moment and metadata.yaml. `open_bag` does without it; for the
     tools of ROS, `ros2 bag reindex` makes a new one.
+
+    Args:
+        path: The new folder.
+        storage: `mcap` or `sqlite3`.
+
+    Raises:
+        NaoGaitError: The storage is unknown, or the folder exists or cannot be made.
     """
 
     def __init__(self, path: Path, storage: str = "mcap") -> None:
@@ -89,7 +96,11 @@ class BagWriter(AbstractContextManager["BagWriter"]):
         return message_type in TYPES.fielddefs
 
     def add_topic(self, topic: str, message_type: str, *, latched: bool = False) -> None:
-        """Announce a topic, `/name`, before its first message."""
+        """Announce a topic, `/name`, before its first message.
+
+        Raises:
+            NaoGaitError: The type is not one of Jazzy.
+        """
         if not self.knows(message_type):
             raise NaoGaitError(f"type of topic {topic}", message_type, "a message type of Jazzy")
         durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
@@ -163,7 +174,11 @@ class BagWriter(AbstractContextManager["BagWriter"]):
 
 @dataclass(frozen=True, slots=True)
 class TopicSummary:
-    """A topic of a bag."""
+    """A topic of a bag.
+
+    Attributes:
+        type: `package/msg/Name`.
+    """
 
     type: str
     count: int
@@ -191,7 +206,15 @@ def open_bag(
     """Read a bag; only messages that are wanted are kept in memory.
 
     Args:
+        path: A rosbag2 folder, or one .mcap or .db3 file.
         topics: The wanted topics; None for all.
+        wanted: Further chooses by topic and type.
+
+    Returns:
+        The contents; of a damaged bag what is left, with remarks.
+
+    Raises:
+        NaoGaitError: The path is no bag at all.
     """
     files = _files(path)
     remarks: list[str] = []
@@ -218,6 +241,7 @@ def on_one_clock(bag: BagContents, topic: str, always: Collection[str] = ()) -> 
     Such a bag is in order only in its files: by time, both sides are mixed.
 
     Args:
+        bag: The bag.
         topic: One that was sent steadily, by which the steps are found.
         always: Topics of which all messages are kept, such as latched ones.
 

@@ -33,6 +33,7 @@ class Seen:
     """Percepts of one group: m of them in t images.
 
     Attributes:
+        name: Of the group.
         count: (t,) percepts of each image.
         stamp: (m,) [ns] of their images.
         position: (m, 2) [m] in base_footprint.
@@ -67,6 +68,7 @@ def find_percepts(walk: RecordedWalk, body: BodyTrack | None) -> RecordedPercept
     """The percepts of a bag; None without any image that was seen.
 
     Args:
+        walk: The recording.
         body: Poses of the robot; None = errors are unknown.
     """
     if not walk.seen:

@@ -80,7 +80,15 @@ def robots_in(topics: Mapping[str, TopicSummary]) -> dict[str, str]:
 def topics_of(
     topics: Mapping[str, TopicSummary], robot: str
 ) -> tuple[str, dict[str, TopicSummary]]:
-    """Prefix and topics of one robot out of a bag: its own and those of the world."""
+    """Prefix and topics of one robot out of a bag: its own and those of the world.
+
+    Args:
+        topics: All topics of the bag.
+        robot: Name of the robot; "" for the only one.
+
+    Raises:
+        NaoGaitError: There is no such robot, or it is not said which of several.
+    """
     robots = robots_in(topics)
     if (robot and robot not in robots) or (not robot and len(robots) > 1):
         allowed = f"one of {', '.join(robots)}" if robots else "nothing: no robot has a name"

@@ -221,7 +221,14 @@ def supports_at(phases: tuple[SupportPhase, ...], stamps: IntArray) -> IntArray:
 
 
 def read_trace(path: str | Path) -> Trace | None:
-    """The trace of a bag, without poses of the soles; None if the bag has no motion data."""
+    """The trace of a bag, without poses of the soles; None if the bag has no motion data.
+
+    Args:
+        path: A rosbag2 folder, or an .mcap or .db3 file.
+
+    Raises:
+        NaoGaitError: The path is no bag.
+    """
     walk = read_walk(Path(path))
     return make_trace(walk, find_phases(walk), None)
 
@@ -233,6 +240,11 @@ def make_trace(
 
     A row has the truth of a tick and what the gait published in that tick, which belongs to older
     sensors. What the bag lacks is NaN, and so are the metrics that need it.
+
+    Args:
+        walk: The recording.
+        phases: Its support phases.
+        body: Its body; None if unknown.
 
     Returns:
         The trace; None without ground truth and without odometry.

@@ -175,7 +175,18 @@ class RecordedWalk:
 
 
 def read_walk(path: Path, robot: str = "") -> RecordedWalk:
-    """Read a bag."""
+    """Read a bag.
+
+    Args:
+        path: A rosbag2 folder, or an .mcap or .db3 file.
+        robot: Name of a robot out of several; "" for the only one.
+
+    Returns:
+        The walk; what the bag lacks is empty and listed in `missing`.
+
+    Raises:
+        NaoGaitError: The path is no bag, or the bag has no such robot.
+    """
     bag = open_bag(path, wanted=may_be_part)
     prefix, topics = topics_of(bag.topics, robot)
     parts = find_parts(topics)

@@ -22,8 +22,14 @@ class Option:
 
     Attributes:
         default: Its default; a tuple makes it repeated.
+        help: Its meaning, without a full stop.
+        metavar: Placeholder of the value; empty for a switch.
         flags: Names on the command line; empty for `--` and the name of the option.
         parse: Converts a text; None for the type of the default, or str for a repeated option.
+        minimum: Smallest allowed value.
+        above: The value has to be larger than this.
+        maximum: Largest allowed value.
+        choices: All allowed values; empty if they are not listed.
     """
 
     default: Any
@@ -139,6 +145,7 @@ class Options:
 
     Attributes:
         values: Option -> value; shared options that the suite does not take have their default.
+        parameters: Parameters of the gait, from `--preset` and `--set`.
     """
 
     values: Mapping[str, Any]

@@ -102,6 +102,7 @@ class PushSeries:
     Attributes:
         text: The task as `name` or `name=speed`.
         only_falls: A push is survived without a fall, however the robot moves then.
+        unpushed: The rollouts without a push, one per robot.
         cells: Direction and impulse [N s] -> results.
     """
 
@@ -219,6 +220,8 @@ def push_all(
 
     Args:
         wanted: Series, direction and impulse [N s] of each cell.
+        options: Robots, phases, engine, plant, parameters.
+        robots: Only these of the robots.
     """
     specs: list[RolloutSpec] = []
     owners: list[tuple[PushSeries, Cell, Unpushed]] = []

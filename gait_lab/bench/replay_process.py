@@ -41,6 +41,9 @@ _SECOND = 1_000_000_000
 class ReplayNode(Node):
     """Publishes the topics of a robot and keeps the times of the answers.
 
+    Args:
+        script: The messages of each tick; their topics are published.
+
     Attributes:
         answered: Stamp [ns] of a command -> when the gait sent it [s of the system clock].
     """

@@ -106,6 +106,7 @@ class Measured:
 
     Attributes:
         head: Commit, changes, command, quick, stale, fingerprints and duration.
+        rows: Rows as in JSON.
     """
 
     head: Mapping[str, Any]
@@ -203,7 +204,11 @@ def command(
 
 
 def measure(options: ResultsOptions, out: Callable[[str], None] = print) -> None:
-    """Run the sections that are not finished, write their rows and the page."""
+    """Run the sections that are not finished, write their rows and the page.
+
+    Raises:
+        NaoGaitError: There are changes that are not committed, or the input is bad.
+    """
     code = CodeState.of()
     if code.changes and not (options.quick or options.allow_dirty):
         raise NaoGaitError(

@@ -57,7 +57,11 @@ class RosReplay:
 
     @classmethod
     def of(cls, times: ReplayTimes, period: float) -> "RosReplay":
-        """The distributions of these times; `period` is the control period [s]."""
+        """The distributions of these times; `period` is the control period [s].
+
+        Raises:
+            NaoGaitError: Fewer than two answers, of which nothing can be said.
+        """
         pairs = zip(times.sent, times.answered, strict=True)
         latency = sorted(after - before for before, after in pairs if after is not None)
         answers = sorted(each for each in times.answered if each is not None)
@@ -93,7 +97,16 @@ def ros_is_installed() -> bool:
 def replay_over_ros(
     script: Sequence[Sequence[Message]], period: float, parameters: Mapping[str, object]
 ) -> RosReplay:
-    """Send the messages of each tick to a gait node and take its answers."""
+    """Send the messages of each tick to a gait node and take its answers.
+
+    Args:
+        script: The messages of each tick.
+        period: The control period [s].
+        parameters: ROS parameters of the gait node.
+
+    Raises:
+        NaoGaitError: The nodes did not find each other, or one of them ended.
+    """
     with tempfile.TemporaryDirectory() as name, DomainClaim() as domain:
         folder = Path(name)
         file = folder / "script"

@@ -19,7 +19,9 @@ class Row(NamedTuple):
     Attributes:
         subject: What was measured, e.g. `forward_open_loop`; a line of the table. May be empty.
         quantity: Which quantity of it, e.g. `worst`; a column of the table.
+        unit: Its unit; empty for a ratio.
         value: None or NaN if it was not measured or does not count.
+        paper: The published value.
         plant: Title of the plant, where a suite changes the one of its options.
     """
 
@@ -47,6 +49,9 @@ def as_dicts(
     """The rows as they stand in JSON and CSV.
 
     Args:
+        rows: The rows.
+        suite: Name of the suite.
+        options: What it ran on.
         same_robots: The robots of the options did everything; else each run has a robot of its own.
     """
     return [

@@ -31,6 +31,7 @@ class Suite:
     """A benchmark.
 
     Attributes:
+        name: Its name in `nao_gait bench NAME`.
         quick: Its runs in `all`: option -> value of each where it differs from the default.
         check: Raises NaoGaitError, before any work, for what the suite cannot do.
         applies: Whether `all` runs it with these options.
@@ -90,7 +91,11 @@ def suite(
     """Declare a suite: a decorator of the function that measures it.
 
     Args:
+        name: Its name in `nao_gait bench NAME`.
+        title: Heading of its results.
+        summary: What it measures, for the help.
         options: Name -> an `Option`, or the suite's default of a shared one (`...` for the usual).
+        more: Other attributes of `Suite`.
     """
     return lambda measure: Suite(name, title, summary, measure, declared(options), **more)
 
@@ -134,6 +139,15 @@ def plan(
     """The runs behind the name of a suite, or behind `all`, with their input checked.
 
     In `all`, options, preset and settings are those of the suites that can use them.
+
+    Args:
+        name: Name of a suite, or `all` for the quick form of each.
+        asked: Option -> value, where it is not the default.
+        preset: Preset of the gait: a shipped name or a file; `default` is the robot's own.
+        settings: `name=value` of the gait's parameters.
+
+    Raises:
+        NaoGaitError: The suite, an option or a value of it does not exist or is not allowed.
     """
     if name != "all":
         return [_planned(find_suite(name), dict(asked), preset, settings)]
@@ -178,7 +192,19 @@ def run(
     json_file: Path | None = None,
     out: Callable[[str], None] = print,
 ) -> None:
-    """Run a suite (or all), print its tables and write its JSON."""
+    """Run a suite (or all), print its tables and write its JSON; arguments as of `plan`.
+
+    Args:
+        name: Name of a suite, or `all`.
+        asked: Option -> value.
+        preset: Preset of the gait.
+        settings: `name=value` of the gait's parameters.
+        json_file: Where the rows are written.
+        out: Prints a text.
+
+    Raises:
+        NaoGaitError: Something is wrong with the input; found before any work.
+    """
     planned = plan(name, asked, preset, settings)
     if json_file is not None:
         require_writable(json_file, "json")

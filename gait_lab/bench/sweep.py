@@ -167,7 +167,12 @@ class Sweep(Settings):
         return {name: self.variants[name] for name in options.values.get("only", ())}
 
     def measure(self, options: Options, more: Mapping[str, Variant] = {}) -> Iterator[Row | str]:
-        """Walk, push and try every variant on the same robots."""
+        """Walk, push and try every variant on the same robots.
+
+        Args:
+            options: Robots, tasks, engine, plant, parameters.
+            more: Variants besides those of the file.
+        """
         changes = self.chosen(options)
         if self.levels:
             changes = {"unchanged": Change()}

@@ -28,6 +28,7 @@ class Sleeper(AbstractContextManager["Sleeper"]):
     Args:
         begin: First deadline of the other process on the monotonic clock [s].
         period: Time between two deadlines [s].
+        count: Number of deadlines.
     """
 
     def __init__(self, begin: float, period: float, count: int) -> None:

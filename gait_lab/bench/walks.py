@@ -32,7 +32,14 @@ RULES = (
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """What differs from the options of the bench."""
+    """What differs from the options of the bench.
+
+    Attributes:
+        preset: Preset of the gait instead of the given parameters.
+        urdf_effort: See `RolloutSpec`.
+        gains: See `RolloutSpec`.
+        walker: See `RolloutSpec`.
+    """
 
     preset: str | None = None
     parameters: Mapping[str, float | bool | str] = field(default_factory=dict)
@@ -119,6 +126,8 @@ class Score:
         """`pick` (max, mean) of the magnitude of an attribute of `Metrics`; NaN if none is finite.
 
         Args:
+            pick: The statistic over the robots.
+            attribute: Attribute of `Metrics`.
             factor: From SI to the unit of the table.
         """
         values = [abs(getattr(each, attribute)) * factor for each in self.metrics]
@@ -264,6 +273,7 @@ def tasks_of(options: Options, labelled: bool = False) -> list[Task]:
     """The tasks of the options over their window, each at most once.
 
     Args:
+        options: Tasks and window.
         labelled: The speed is part of the name: `forward_20`.
     """
     tasks = [find_task(text).lasting(options.window) for text in options.tasks]

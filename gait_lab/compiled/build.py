@@ -35,6 +35,8 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
     """Compile the gait into a folder, unless it is there already.
 
     Args:
+        folder: A new or empty folder, or that of an earlier run, which is replaced.
+        say: Shows a line of progress.
         optimise: False compiles faster and gives a slower gait.
 
     Raises:

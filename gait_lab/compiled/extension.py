@@ -15,7 +15,14 @@ SAME_BITS = "-ffp-contract=off"
 
 
 def main(library: str, temporary: str, level: str, *modules: str) -> None:
-    """Compile modules to machine code."""
+    """Compile modules to machine code.
+
+    Args:
+        library: Folder for the result.
+        temporary: Folder for object files.
+        level: Optimisation level of the C compiler, 0 to 3.
+        *modules: Paths of the modules.
+    """
     extensions = mypycify([*MYPY, *modules], opt_level=level, debug_level="0")
     for extension in extensions:
         extension.extra_compile_args.append(SAME_BITS)

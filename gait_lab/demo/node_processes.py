@@ -78,6 +78,7 @@ class NodeProcesses(AbstractContextManager["NodeProcesses"]):
         Args:
             executable: One of `MODULES`.
             parameters: ROS parameters; `NODE:NAME` of one node out of several.
+            namespace: Namespace of the robot; "" for none.
         """
         arguments = ["-r", f"__ns:=/{namespace}"] if namespace else []
         name = f"{namespace}_{executable}" if namespace else executable

@@ -48,7 +48,15 @@ class PoseTrace:
 def write_pictures(
     walk: RecordedWalk, tour: Sequence[TourPhase], began: float, out: Path, urdf: str
 ) -> list[Path]:
-    """Write `frames.png` and `walk.gif`, as far as the tour was walked; the files."""
+    """Write `frames.png` and `walk.gif`, as far as the tour was walked; the files.
+
+    Args:
+        walk: The recorded tour.
+        tour: Its phases.
+        began: When it began [s of simulated time].
+        out: Folder of the files.
+        urdf: Name or file of the robot.
+    """
     robot = load_robot(urdf)
     begins = (began + np.cumsum([0.0, *(phase.duration for phase in tour)])).tolist()
     fastest = max(range(len(tour)), key=lambda index: tour[index].command.x)

@@ -16,6 +16,7 @@ class TourPhase:
     """One phase of the tour, with a constant command.
 
     Attributes:
+        duration: Simulated time [s].
         reach: Axis (`x`, `y` or `yaw`) and the speed along it [m/s or rad/s] that the robot has to
             reach; None without a requirement.
     """
@@ -57,6 +58,7 @@ class TourPhaseResult:
 
     Attributes:
         start: Start of the measurement [s since the tour began].
+        end: End of the phase [s since the tour began].
         achieved: Mean ground-truth velocity in the torso's own heading; yaw gained over time.
         com_error_y: Mean absolute difference between expected and measured CoM along y, relative to
             the pendulum origin [m]; NaN while standing.
@@ -94,7 +96,16 @@ def duration(tour: tuple[TourPhase, ...]) -> float:
 
 
 def evaluate(trace: Trace, tour: tuple[TourPhase, ...], began: float) -> list[TourPhaseResult]:
-    """Evaluate every phase that was walked to its end, as the benchmark measures a task."""
+    """Evaluate every phase that was walked to its end, as the benchmark measures a task.
+
+    Args:
+        trace: The recorded tour.
+        tour: Its phases.
+        began: [s since the trace's first tick] when the tour began.
+
+    Returns:
+        The results of the phases before the end of the trace or a fall.
+    """
     fallen = fall_time(trace)
     last = float(trace.time[-1]) if fallen is None else fallen
     results = []

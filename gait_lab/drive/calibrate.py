@@ -52,6 +52,8 @@ class _RobotClient:
     The callbacks raise what the procedure raises; `rclpy.spin_once` passes it on.
 
     Attributes:
+        procedure: What is fed.
+        robot: Name of the robot; empty before the first report of the gait.
         problem: Why the gait has no usable measurement; empty if it has.
         heard: Wall time [s] of the last odometry; None before the first.
     """
@@ -162,7 +164,19 @@ def command(out: Path, namespace: str, zeros: bool, say: Callable[[str], None]) 
 def run(
     out: Path, *, namespace: str = "", zeros: bool = False, say: Callable[[str], None] = print
 ) -> None:
-    """Calibrate the running robot and write a file."""
+    """Calibrate the running robot and write a file.
+
+    Args:
+        out: The file to write.
+        namespace: Namespace of the robot; "" for none.
+        zeros: Look for leg joints with a wrong zero, in several poses.
+        say: Prints a line.
+
+    Raises:
+        NaoGaitError: If the file cannot be written, if no gait answers, or if it does not measure.
+        CalibrationError: If the robot was not calibrated.
+        KeyboardInterrupt: If the user interrupts.
+    """
     _prepare(out)
     with ros_node("nao_gait_calibrate", namespace) as node, stop_on_signal() as stop:
         posing = _Posing(node, stop) if zeros else None
@@ -218,7 +232,12 @@ def _find_gait(node: "Node", client: _RobotClient, stop: StopRequest) -> None:
 
 
 class _Posing:
-    """The poses of the running gait."""
+    """The poses of the running gait.
+
+    Attributes:
+        robot: The robot of the gait.
+        poses: Its parameters in each pose.
+    """
 
     def __init__(self, node: "Node", stop: StopRequest) -> None:
         self._node = node

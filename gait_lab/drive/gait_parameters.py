@@ -18,7 +18,12 @@ AGAIN = 1.0
 
 
 class GaitParameters:
-    """Reads and sets parameters of the node `gait` of a namespace."""
+    """Reads and sets parameters of the node `gait` of a namespace.
+
+    Args:
+        node: The node of the command.
+        spin: Lets the node take what has come; it may raise what ends the command.
+    """
 
     def __init__(self, node: "Node", spin: Callable[[], None]) -> None:
         from rcl_interfaces.srv import GetParameters, SetParametersAtomically

@@ -58,6 +58,13 @@ class Lesson:
         """Add a pose.
 
         A name that was used before replaces that pose; the motion then contains it twice.
+
+        Args:
+            line: Optional name and optional time [s], as typed.
+            position: Joint angles (n,) [rad].
+
+        Raises:
+            NaoGaitError: If the line is not understood.
         """
         words = line.split()
         name, seconds = f"pose_{len(self.order) + 1}", POSE_TIME
@@ -72,7 +79,11 @@ class Lesson:
         return f"{name}, {seconds:g} s"
 
     def document(self, meaning: str, starts: Posture, ends: Posture) -> str:
-        """Return the text of the motion file, with times long enough for every joint."""
+        """Return the text of the motion file, with times long enough for every joint.
+
+        Raises:
+            NaoGaitError: If no pose was taught.
+        """
         if not self.order:
             raise NaoGaitError("poses", "none", "at least one pose")
         rows: list[dict[str, Any]] = []
@@ -212,7 +223,24 @@ def record(
     lines: Iterable[str] = sys.stdin,
     say: Callable[[str], None] = print,
 ) -> None:
-    """Teach poses until q or the end of the input, and write them as a motion."""
+    """Teach poses until q or the end of the input, and write them as a motion.
+
+    Args:
+        path: File to write, named as the motion.
+        urdf: Name or file of the robot.
+        meaning: What the motion is for.
+        starts: Posture before the motion.
+        ends: Posture after the motion.
+        stiff: Whether the joints stay stiff; by default the robot is relaxed.
+        head: Whether the motion moves the head.
+        namespace: Namespace of the robot; "" for none.
+        lines: Input, one line per pose.
+        say: Prints a line.
+
+    Raises:
+        NaoGaitError: If the name of the file or a posture is invalid, if no robot answers, or if
+            the motion cannot be executed.
+    """
     if not is_name(path.stem) or path.suffix != ".yaml":
         raise NaoGaitError(
             "file", str(path), "a name of lowercase letters, digits and _ with .yaml"
@@ -250,7 +278,18 @@ def play(
     namespace: str = "",
     say: Callable[[str], None] = print,
 ) -> None:
-    """Check a file, have the running gait play it, and wait for its end."""
+    """Check a file, have the running gait play it, and wait for its end.
+
+    Args:
+        path: The motion file.
+        urdf: Name or file of the robot.
+        namespace: Namespace of the robot; "" for none.
+        say: Prints a line.
+
+    Raises:
+        NaoGaitError: If the file is invalid, if no gait answers, or if the gait refuses the motion,
+            does not end it in time, or falls.
+    """
     motion = load_motions(path, load_robot(urdf))[0]
     with ros_node("nao_gait_teach", namespace) as node:
         client = _RobotClient(node, load_robot(urdf))

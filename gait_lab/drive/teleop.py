@@ -41,6 +41,7 @@ class Driver:
         x: 1 forward, -1 back, 0 neither.
         y: 1 left, -1 right, 0 neither.
         yaw: 1 counter-clockwise, -1 clockwise, 0 neither.
+        level: Speed, 1 to 9.
     """
 
     x: int = 0
@@ -88,6 +89,9 @@ def raw_terminal(stream: TextIO) -> Iterator[int]:
 
     Yields:
         Its file descriptor.
+
+    Raises:
+        NaoGaitError: If the stream is not a terminal.
     """
     if not stream.isatty():
         raise NaoGaitError("standard input", "no terminal", "a terminal, to read keys from")

@@ -72,7 +72,12 @@ class _Kinematics:
 
 
 def estimate(log: SensorLog, body: RecordedBody) -> Estimate:
-    """Estimate a recorded walk."""
+    """Estimate a recorded walk.
+
+    Args:
+        log: Recorded sensors.
+        body: Body with the joints of the log.
+    """
     kinematics = _Kinematics(log, body)
     rate = log.angular_velocity @ body.imu_rotation.T
     force = log.specific_force @ body.imu_rotation.T

@@ -84,6 +84,7 @@ class FaultResult:
 
     Attributes:
         violations: Violated invariants as `kind: evidence`.
+        explained: Diagnostics above OK.
     """
 
     run: FaultRun

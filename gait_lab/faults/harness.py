@@ -124,7 +124,9 @@ class Harness:
 
     Attributes:
         command: Velocity that the operator commands from `walk_start` [s] on; may be replaced.
+        gaits: Running gait processes, oldest first.
         height: Height of the torso over the floor while standing [m].
+        obeyed: Name of the gait whose command the robot executed last.
         targets: Targets of the motors for the next tick; None holds the last ones.
         status: Status of the oldest gait; None without one.
     """

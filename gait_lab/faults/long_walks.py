@@ -28,6 +28,7 @@ class LossWalk:
 
     Attributes:
         wander: Up to this time [s] the age of the sensors wanders beyond the plant's delay.
+        coast: The gait walks on for single control periods without sensors.
     """
 
     run: FaultRun

@@ -21,7 +21,11 @@ from gait_lab.faults.soccer_faults import SOCCER_FAULTS, run_soccer_fault
 
 @dataclass(frozen=True, slots=True)
 class Scope:
-    """One campaign."""
+    """One campaign.
+
+    Attributes:
+        run: Runs one fault; picklable.
+    """
 
     classes: Mapping[str, type[Fault]]
     others: Mapping[str, type[Fault]]

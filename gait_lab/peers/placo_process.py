@@ -39,7 +39,11 @@ def parameters_of(walk: dict[str, float]) -> Any:
 
 
 class Planner:
-    """Robot, solver and trajectory of one request."""
+    """Robot, solver and trajectory of one request.
+
+    Args:
+        request: Request as the module describes it.
+    """
 
     def __init__(self, request: dict[str, Any]):
         self._request = request

@@ -57,7 +57,11 @@ WALK: Mapping[str, float] = {
 
 @dataclass(frozen=True, slots=True)
 class Placo:
-    """Makes players of placo's walk; small and picklable."""
+    """Makes players of placo's walk; small and picklable.
+
+    Attributes:
+        python: Python of the environment with placo.
+    """
 
     python: str
 
@@ -121,9 +125,13 @@ def request(
     """The input of `placo_process.py`.
 
     Args:
+        robot: Its URDF and joints.
         knots: Times [s] with commands x, y [m/s], yaw [rad/s]; linear between them.
         end: End of the plan [s].
         period: Period of the control ticks [s].
+
+    Returns:
+        What is written as JSON.
     """
     outline_x = [x for x, _ in robot.sole_outline]
     middle = 0.5 * (min(outline_x) + max(outline_x))

@@ -45,6 +45,8 @@ class PeerPlayback:
     """Answers every sensor frame with the pose of the plan at its time.
 
     Args:
+        robot: Its joint limits apply.
+        plan: What is played.
         period: Period of the control ticks [s].
     """
 

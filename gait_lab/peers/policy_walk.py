@@ -49,6 +49,7 @@ class PolicyWalk:
     """Makes walkers of a policy; small and picklable.
 
     Attributes:
+        path: File of the policy.
         true_velocity: It sees the true velocity of the torso.
     """
 
@@ -64,6 +65,12 @@ class PolicyWalk:
 
 class PolicyWalker:
     """Answers every sensor frame with the targets of a learned walk.
+
+    Args:
+        robot: The robot.
+        policy: What the network sees, and what its actions mean.
+        network: The ONNX file.
+        period: Time between two frames [s].
 
     Raises:
         NaoGaitError: A network that cannot be read or does not fit, no onnxruntime, or a period of

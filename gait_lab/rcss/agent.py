@@ -20,9 +20,11 @@ class Agent:
 
     Args:
         server_robot: The robot by the server's names.
+        team: Name of its team.
         start: x, y [m], yaw [rad] in the field of its team, where it begins; None = where the
             server puts it.
         preset: Gait preset; the default one is that of this robot on the server.
+        number: Of the player.
         field: The server's field, on which it plays soccer; empty = it walks as it is told.
         exact: It plays with percepts without errors, misses and delay.
 
@@ -74,7 +76,11 @@ class Agent:
         """Answer a message of the server.
 
         Args:
+            message: Of this cycle.
             command: Velocity at which to walk; who plays soccer decides that itself.
+
+        Returns:
+            The actions.
 
         Raises:
             NaoGaitError: The message cannot be used; the robot is to get no answer then.

@@ -73,7 +73,11 @@ def run(
     exact: bool,
     say: Callable[[str], None],
 ) -> int:
-    """Bring robots onto the field; the exit status."""
+    """Bring robots onto the field; the exit status.
+
+    Raises:
+        NaoGaitError: An argument is not allowed.
+    """
     server_robot(robot)
     init(robot, team, number)
     if not 0 < port < 65536:
@@ -107,7 +111,17 @@ def supervise(
     running: list[BaseProcess],
     say: Callable[[str], None],
 ) -> int:
-    """A process for each job until all have ended; who is killed begins anew."""
+    """A process for each job until all have ended; who is killed begins anew.
+
+    Args:
+        jobs: Of the team.
+        start: Starts a process.
+        running: Holds the processes that run.
+        say: Tells what happens.
+
+    Returns:
+        The exit status.
+    """
     owners: dict[object, tuple[BaseProcess, Job]] = {}
 
     def begin(job: Job) -> None:

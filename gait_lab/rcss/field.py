@@ -39,7 +39,11 @@ _FIELDS = {
 
 
 class ServerField:
-    """A field of the server; x points to the right goal. All lengths are divided by `size`."""
+    """A field of the server; x points to the right goal. All lengths are divided by `size`.
+
+    Raises:
+        NaoGaitError: The server has no such field.
+    """
 
     def __init__(self, name: str, size: float = 1.0) -> None:
         if name not in _FIELDS:

@@ -24,6 +24,7 @@ class Mode(NamedTuple):
     """A play mode.
 
     Attributes:
+        name: What is going on, in lower case.
         ours: It is for the own team; None = for no team.
     """
 
@@ -48,6 +49,8 @@ def game_state(game: Game, team: str, number: int, ball_distance: float) -> Game
     """The state of the game for a player.
 
     Args:
+        game: What the server says.
+        team: Name of its team.
         number: Its number; 1 is the goalkeeper.
         ball_distance: [m] that the other team keeps from the ball of a set play.
     """

@@ -51,6 +51,7 @@ class Account:
         score: Goals of the left and the right team.
         put_back: How often the referee put a robot beside the field.
         one_striker: Share of the time of all teams with exactly one striker.
+        wall: Wall time [s].
         cpu: Processor time [s] of each player in each cycle.
     """
 
@@ -65,7 +66,18 @@ class Account:
 
 
 class Squad(AbstractContextManager["Squad"]):
-    """All players of a server; use it as a context manager."""
+    """All players of a server; use it as a context manager.
+
+    Args:
+        server: The server.
+        robot: What all of them are.
+        numbers: Numbers of the players of each team.
+        exact: They play with percepts without errors, misses and delay.
+
+    Attributes:
+        robot: What all of them are.
+        members: The players.
+    """
 
     def __init__(
         self, server: Server, robot: ServerRobot, numbers: Sequence[Sequence[int]], *, exact: bool
@@ -132,6 +144,8 @@ class Guests(AbstractContextManager["Guests"]):
 
     Args:
         command: Starts a player; `{port}` and `{number}` stand for where and which.
+        port: The server's.
+        count: Number of players.
     """
 
     def __init__(self, command: str, port: int, count: int) -> None:
@@ -171,6 +185,10 @@ def play(
     """Play the last `seconds` [s] of a half, to its end; the left team kicks off.
 
     Args:
+        robot: What our players are.
+        players: Number of players of the left and the right team.
+        seconds: Length of the game.
+        exact: We play with percepts without errors, misses and delay.
         against: Command of the right team's players, see `Guests`; empty = it is ours too.
         half: 0 or 1.
 

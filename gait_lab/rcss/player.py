@@ -44,11 +44,21 @@ UNSEEN = 40.0
 class ServerPlayer:
     """World model, behaviour, head and voice of one robot.
 
+    Args:
+        robot: The robot.
+        gait: Its gait.
+        team: Name of its team.
+        number: Its number; 1 is the goalkeeper.
+        field: Name of the server's field.
+        exact: Percepts without errors, misses and delay.
+
     Attributes:
         player: World model and behaviour; made before the player joins, whom the server does not
             wait for.
+        command: Velocity at which to walk.
         start: Where to be put, x, y [m], yaw [rad] in the field of the team; None = nowhere.
         speech: What to say in this cycle.
+        decision: The last one.
     """
 
     def __init__(

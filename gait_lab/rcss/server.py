@@ -105,7 +105,13 @@ class Server:
                 connection.sendall(framed(command.encode()))
 
     def place(self, team: str, number: int, pose: Pose6) -> None:
-        """Put a player's torso somewhere, its joints at zero."""
+        """Put a player's torso somewhere, its joints at zero.
+
+        Args:
+            team: Its team.
+            number: Its number.
+            pose: x, y, z [m], roll, pitch, yaw [rad] on the field.
+        """
         x, y, z, w = quaternion_from_rpy(*pose[3:])
         numbers = " ".join(f"{each:.4f}" for each in (*pose[:3], w, x, y, z))
         self.order(f"(agent (unum {number}) (team {team}) (move3d {numbers}))")

@@ -50,7 +50,11 @@ def pack(message: TeamMessage, team: str, size: float) -> bytes:
 
 
 def unpack(data: bytes, team: str, size: float) -> TeamMessage:
-    """The message that was heard; its `team`, `count` and `time` are 0."""
+    """The message that was heard; its `team`, `count` and `time` are 0.
+
+    Raises:
+        NaoGaitError: It is not of this team.
+    """
     if len(data) != SPEECH_MAX:
         raise NaoGaitError("speech", f"{len(data)} bytes", f"{SPEECH_MAX} bytes")
     of = dict(_values(int.from_bytes(data, "big")))

@@ -71,7 +71,14 @@ class ClockOrder:
         return self._ticks[-1] if self._ticks else None
 
     def tick(self, topic: str, arrived: int, stamp: int, data: bytes) -> None:
-        """Add a message of the clock."""
+        """Add a message of the clock.
+
+        Args:
+            topic: Topic of the clock.
+            arrived: [ns] arrival on any steady clock.
+            stamp: [ns] simulated time in the message.
+            data: The serialised message.
+        """
         self._arrivals.append(max(arrived, self._arrivals[-1] if self._arrivals else arrived))
         self._ticks.append(stamp)
         if len(self._ticks) > 2 * KEPT_TICKS:
@@ -135,6 +142,8 @@ class Topic:
     """A topic to record.
 
     Attributes:
+        name: Absolute or relative to the recording node.
+        type: `package/msg/Name`.
         latched: Transient local: a late subscriber gets the last message.
     """
 
@@ -186,6 +195,8 @@ class TopicRecorder:
     """Writes topics to a bag.
 
     Args:
+        node: Subscribes.
+        writer: The bag.
         simulated_time: Whether messages get the time of /clock; None if it is not known yet: they
             are held until /clock ticks or `decide` is called.
     """
@@ -275,6 +286,7 @@ class TopicRecorder:
 
         Args:
             wanted: Only these; None for all.
+            images: Whether images are recorded that are not in `wanted`.
 
         Returns:
             (topic, reason) for each topic that cannot be recorded; each one once.
@@ -446,7 +458,16 @@ def record(
     """Record until Ctrl-C or for a duration; the number of messages.
 
     Args:
+        out: The new folder of the bag.
+        topics: Only these; all that appear if empty.
         duration: [s] of wall time, from when it records; None for no limit.
+        simulated_time: Whether to use the time of /clock; None to use it if it is published.
+        storage: `mcap` or `sqlite3`.
+        images: Images are recorded, too.
+        say: Prints a line.
+
+    Raises:
+        NaoGaitError: A topic, the duration or the folder is refused.
     """
     import rclpy
     from rclpy.executors import SingleThreadedExecutor

@@ -285,7 +285,15 @@ class Analysis:
 
 
 def analyse(path: Path, robot: str = "") -> Analysis:
-    """Read and measure a bag."""
+    """Read and measure a bag.
+
+    Args:
+        path: A rosbag2 folder, or an .mcap or .db3 file.
+        robot: Name of a robot out of several; "" for the only one.
+
+    Raises:
+        NaoGaitError: The path is no bag, or the bag has no such robot.
+    """
     walk = read_walk(path, robot)
     model, remark = robot_of(walk)
     body = follow_body(walk, model) if model is not None and len(walk.position) > 1 else None

@@ -46,6 +46,8 @@ class Compared:
     """A number of both walks.
 
     Attributes:
+        before: Value of walk A; NaN if unknown.
+        after: Value of walk B; NaN if unknown.
         better: +1: more is better, -1: less is, 0: neither.
     """
 

@@ -38,7 +38,11 @@ PAIR_PUSHED, PAIR_APART = 0.3, 0.7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbilitySpec(PitchSpec):
-    """One trial of an ability."""
+    """One trial of an ability.
+
+    Attributes:
+        name: One of `ABILITIES`.
+    """
 
     name: str
 

@@ -50,6 +50,7 @@ class Course(NamedTuple):
     Attributes:
         x: [m] of the line from penalty mark to penalty mark, on which robot and ball start.
         touchline: [m] y of the target touchline; the robot starts beyond the other one.
+        line: [m] Half of the width of a line.
         obstacles: x, y [m] of the robots that stand still, in the order in which they are passed.
         goal_area: [m] x of the edge of the own goal area.
         targets: x, y [m] to which the ball is kicked.
@@ -162,6 +163,7 @@ class WalkReferee:
     """Takes the time of a walk across the field.
 
     Args:
+        course: Where everything is.
         weaves: The robot has to pass the obstacles on the sides of the example path.
 
     Attributes:
@@ -204,6 +206,10 @@ class WalkReferee:
 
 class ControlReferee:
     """Takes the time of a dribbling robot, and its penalties.
+
+    Args:
+        course: Where everything is.
+        radius: Of the ball [m].
 
     Attributes:
         ended: [s] at which ball and robot were beyond the target; None = not yet.

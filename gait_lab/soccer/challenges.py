@@ -193,6 +193,7 @@ class ChallengeSpec(PitchSpec):
     """One robot at one challenge.
 
     Attributes:
+        name: One of `CHALLENGES`.
         limit: [s] after which an attempt has failed.
     """
 

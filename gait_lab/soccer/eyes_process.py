@@ -49,6 +49,10 @@ class Exposure(NamedTuple):
     """An image to be drawn.
 
     Attributes:
+        robot: Index of the robot.
+        camera: Index of its camera.
+        stamp: [ns].
+        view: The camera in the world.
         motion: u, v [px] by which the image moves during the exposure.
         picture: Of the world; see `World.picture`.
     """
@@ -83,7 +87,11 @@ class EyesProcess:
         self._seen: dict[tuple[int, int], deque[Seen]] = {}
 
     def send(self, message: Exposure | tuple[int, BodyAt]) -> None:
-        """Send an image to be drawn, or the body of the robot of an index."""
+        """Send an image to be drawn, or the body of the robot of an index.
+
+        Raises:
+            NaoGaitError: The process has ended.
+        """
         # A process that cannot get rid of its answers would not listen either.
         while self._connection.poll():
             self._receive()
@@ -122,7 +130,14 @@ class EyesProcess:
 
 
 class RemoteEyes:
-    """The cameras of a robot, whose images another process draws and reads; see `Eyes`."""
+    """The cameras of a robot, whose images another process draws and reads; see `Eyes`.
+
+    Args:
+        process: That process.
+        world: The world of the match.
+        index: Of the robot in it.
+        gait: Of the robot.
+    """
 
     def __init__(self, process: EyesProcess, world: World, index: int, gait: Gait) -> None:
         self._process, self._index = process, index

@@ -149,7 +149,11 @@ class RandomWalk(Policy):
 
 
 def record(spec: WalkSpec) -> WalkSamples:
-    """Walk in the physics; the same specification gives the same walk."""
+    """Walk in the physics; the same specification gives the same walk.
+
+    Raises:
+        NaoGaitError: The scene has no field.
+    """
     scene = scene_of(spec)
     return _run(attrs.evolve(scene, ball=None), spec, half_of(scene))
 

@@ -41,6 +41,7 @@ class ShotSpec(PitchSpec):
     """One shot.
 
     Attributes:
+        target: One of `TARGETS`.
         draw: Draws place and speed, together with the seed and the target.
         limit: [s] after the shot, until which the keeper has to stand again.
     """

@@ -50,9 +50,11 @@ class MatchSpec(PitchSpec):
     """One match.
 
     Attributes:
+        robots: Number of robots in each team; None = as in the scene.
         loss: Share of team messages that are lost.
         without_roles: Teams whose players do not agree who goes to the ball.
         goalkeepers: Teams whose player 1 is a goalkeeper; None = those of three or more.
+        frames: Keep what a replay needs.
         silence: From when to when [s] the referee is not heard; None = never.
     """
 
@@ -72,6 +74,7 @@ class MatchResult:
     """What came of a match.
 
     Attributes:
+        seconds: Simulated time [s].
         kicks: Number of kicks, which are motions of a standing robot: of those that the gait
             accepted, over ROS 2 of those that were requested.
         messages: Team messages that were sent; None if they were not counted.
@@ -408,7 +411,11 @@ class BallWatch:
 
 
 def match_scene(spec: MatchSpec) -> Scene:
-    """The scene of a match, with individuals of its seed."""
+    """The scene of a match, with individuals of its seed.
+
+    Raises:
+        NaoGaitError: There is no such scene, or it has too few robots.
+    """
     scene = load_scene(spec.scene)
     robots = []
     for team in TEAMS:

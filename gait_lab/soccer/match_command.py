@@ -54,7 +54,22 @@ def play(
     json: Path | None,
     **match: Any,
 ) -> int:
-    """Play over ROS 2 (vision `camera`) or without (`model`, or `eyes`); the exit status."""
+    """Play a match over ROS 2 (vision `camera`) or without (`model`, or `eyes`); the exit status.
+
+    Args:
+        say: Prints a line.
+        vision: Rendered images, or percepts by the model.
+        eyes: Further processes that render and see, without ROS 2; None = over ROS 2.
+        real_time: Not in lockstep; only over ROS 2.
+        composed: Over ROS 2, gait, vision and player of a robot share a process.
+        video: Write a video file, too.
+        out: Folder of replay, video, logs and bag.
+        json: File of the result; None = none.
+        match: Fields of `MatchSpec`.
+
+    Raises:
+        NaoGaitError: It cannot be played.
+    """
     spec = MatchSpec(**match)
     _check(spec)
     if real_time and vision == "model":

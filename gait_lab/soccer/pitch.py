@@ -134,8 +134,13 @@ class Pitch(AbstractContextManager["Pitch"]):
 
     Args:
         scene: With field, goals, ball and robots.
+        seed: Of sensor noise, percepts and radio.
+        engine: Physics engine.
+        plant: The plant, or its name or file.
         identity: Who a robot of the scene is; None = one who plays at once, without a referee.
+        loss: Share of team messages that are lost.
         rendered: Percepts are seen in rendered images, and do not come from the model.
+        visual: The world can be rendered, for pictures.
         eyes: Number of further processes that render and see; 0 = this one does.
         channels: Ways of images, percepts and messages to the players; None = without faults.
         duel: How the robots of a team play beside others, where it is not the default.
@@ -144,6 +149,10 @@ class Pitch(AbstractContextManager["Pitch"]):
         players: In the order of the scene's robots.
         messages_of: Number of team messages that were sent, by team.
         count: Control periods so far.
+        falls: How often each robot fell.
+
+    Raises:
+        NaoGaitError: The scene lacks something.
     """
 
     def __init__(

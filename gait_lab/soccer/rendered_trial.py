@@ -16,7 +16,11 @@ from sim_bridge.trials.trial import WalkerResponder, make_gaits, make_scene_worl
 
 
 def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
-    """Walk, render, see and estimate, all in one loop."""
+    """Walk, render, see and estimate, all in one loop.
+
+    Raises:
+        NaoGaitError: The scene has no field, or its images cannot be rendered.
+    """
     scene, settings = scene_of(spec), settings_of_scene(spec.scene)
     with make_scene_world(
         scene, plant=spec.plant, engine=spec.engine, noise_seed=spec.seed, cameras=CameraSettings()

@@ -38,6 +38,9 @@ class RobotSnapshot(NamedTuple):
     """One robot in a moment of the replay.
 
     Attributes:
+        x: [m] in the world.
+        y: [m].
+        heading: [rad].
         doing: The last option of its activation path, and the state of that.
         turned: It takes one half of the field for the other.
         change: The newest transition on that path: option, state before and after, and why.

@@ -41,6 +41,8 @@ class Event(NamedTuple):
     Attributes:
         time: [s].
         kind: `goal`, `fall`, `kick`, `out`, `penalty`, `lost` or `whistle`.
+        team: Whose; empty for both.
+        why: How it came about; may be empty.
         place: Where [m]; None for events of the whole game.
     """
 
@@ -58,6 +60,8 @@ class Touch(NamedTuple):
     Attributes:
         time: [s] of the first one.
         end: [s] of the last one.
+        robot: Its name.
+        team: Its team.
         place: Of the ball at first [m].
         gain: [m] by which the ball came nearer to the other team's goal line.
         doing: What the robot was at.
@@ -76,6 +80,8 @@ class Story:
     """A match, told from a result that has frames and motion.
 
     Attributes:
+        touches: In order.
+        events: In order.
         duels: From when to when [s] robots of both teams were at the ball.
     """
 

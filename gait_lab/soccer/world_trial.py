@@ -80,8 +80,11 @@ class WorldTrace:
     Attributes:
         time: (n,) [s]
         pose: (n, 3) estimated, x, y [m], yaw [rad].
+        truth: (n, 3) true.
         covariance: (n, 6) of the estimate.
+        valid: (n,) The estimate is said to be valid.
         ball: (n, 4) estimated place [m] and velocity [m/s] in base_footprint; NaN if not known.
+        ball_truth: (n, 4) true.
         ball_covariance: (n, 3) of the place [m^2].
         ball_age: (n,) [s] since the ball was put down or kicked, at the time of the image.
         ball_recent: (n,) It was seen recently.

@@ -45,7 +45,9 @@ class Measures:
     """Result of a protocol on one robot.
 
     Attributes:
+        robot: Seed of the robot.
         values: Measured values by name, SI units.
+        fell: Whether the robot fell.
         excess: Sum of the shares by which flight, slip and leg contact exceed their limits; 0 for
             proper walking.
     """
@@ -245,7 +247,14 @@ def _share_of_pushes_survived(spec: TrialSpec, impulse: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Protocol:
-    """How parameters are tried."""
+    """How parameters are tried.
+
+    Attributes:
+        name: Name in a study.
+        run: Tries the parameters of a spec on its robot, with options of the type `options`.
+        options: Type of the options.
+        measures: Units of the measures by name.
+    """
 
     name: str
     run: Callable[[TrialSpec, Any], Measures]

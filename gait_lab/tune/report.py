@@ -47,7 +47,14 @@ def importance(trials: optuna.Study) -> dict[str, float]:
 def write_preset(
     path: Path, parameters: GaitParameters, varied: Sequence[str], lines: Sequence[str]
 ) -> None:
-    """Write a gait preset with every parameter, so that it stays the same if a default changes."""
+    """Write a gait preset with every parameter, so that it stays the same if a default changes.
+
+    Args:
+        path: File to write.
+        parameters: All parameters.
+        varied: The parameters that the study varied; they come first.
+        lines: Comments at the top of the file.
+    """
     values = parameters.as_dict()
     rest = [name for name in values if name not in varied]
     text = "".join(f"# {line}".rstrip() + "\n" for line in lines)

@@ -50,7 +50,11 @@ class Result:
     """A finished study.
 
     Attributes:
+        study: The study.
+        trials: All trials with a score, by number.
+        best: The winner.
         candidates: Candidates of the finals, the winner first; empty without finals.
+        comparisons: Comparison with the start in each place; empty without a confirmation.
     """
 
     study: Study
@@ -66,7 +70,19 @@ def command(say: Callable[[str], None], *, places: Sequence[str], **options: Any
 
 
 def run(options: TuneOptions, say: Callable[[str], None]) -> Result | None:
-    """Search, confirm the winner, and write the results."""
+    """Search, confirm the winner, and write the results.
+
+    Args:
+        options: Options of the command.
+        say: Prints a line.
+
+    Returns:
+        The finished study; None for a tuner that only helped.
+
+    Raises:
+        NaoGaitError: The study or an option is invalid, which is raised before the first trial; or
+            the results cannot be written.
+    """
     study = load_study(options.study, options.engine, options.trials, options.places)
     count = worker_count(options.workers)
     method = options.method or study.file.method

@@ -42,7 +42,15 @@ Point = NDArray[np.float64]
 def make_sampler(
     method: str, space: Space, start: dict[str, float], seed: int, trial: int
 ) -> BaseSampler:
-    """The sampler of one trial."""
+    """The sampler of one trial.
+
+    Args:
+        method: One of `study.METHODS`.
+        space: Range of each varied parameter.
+        start: Where CMA-ES begins, by name of the parameter.
+        seed: Seed of the search.
+        trial: Number of the trial.
+    """
     if method == "pso":
         return Swarm(space, seed)
     if method == "surrogate":

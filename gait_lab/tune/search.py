@@ -129,6 +129,9 @@ class Kept:
         Args:
             about: What a resumed study must have in common with the stored one.
             existing: Whether it must exist; otherwise it must not.
+
+        Raises:
+            NaoGaitError: It does not exist, exists, or is another study than the stored one.
         """
         try:
             load = optuna.load_study if existing else optuna.create_study
@@ -205,6 +208,16 @@ def search(
     evaluate: Callable[..., list[Measures]] = walk_robots,
 ) -> list[FrozenTrial]:
     """Run trials until the study has as many as it asks for.
+
+    Args:
+        study: The study.
+        kept: Its stored trials.
+        workers: Processes that run the trials.
+        method: Search method.
+        seed: Seed of the method.
+        helping: Whether another tuner leads the study.
+        note: Called with number and score of each trial that ends.
+        evaluate: Runs one trial.
 
     Returns:
         The trials with a score, by number.

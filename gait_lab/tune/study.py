@@ -166,7 +166,17 @@ def load_study(
     trials: int | None = None,
     places: Sequence[str] = (),
 ) -> Study:
-    """Load a study."""
+    """Load a study.
+
+    Args:
+        name_or_path: A shipped name or a YAML file.
+        engine: Replaces the engine of the file.
+        trials: Replaces the number of trials of the file.
+        places: Replaces the places of the confirmation; ENGINE/PLANT each.
+
+    Raises:
+        NaoGaitError: The file cannot be read, or a key or value is not allowed.
+    """
     path = find("studies", name_or_path)
     values = schema.read_yaml(path, "study")
     if isinstance(values, dict):
@@ -179,7 +189,11 @@ def load_study(
 
 
 def parse_study(values: Any, name: str = "study") -> Study:
-    """Check the content of a study file."""
+    """Check the content of a study file.
+
+    Raises:
+        NaoGaitError: A key or value is not allowed.
+    """
     file = StudyFile.from_mapping(values, "study")
     for varied, ends in file.parameters.items():
         _check_range(varied, ends)

@@ -32,11 +32,16 @@ class RobotState:
     """The newest message of every topic.
 
     Attributes:
+        joint_names: Names of the joints.
+        joints: Joint angles [rad].
         stamp: Stamp of the joints [ns]; -1 before the first message.
         truth: Torso pose (4, 4) in the world by stamp [ns].
         odometry: Pose (x, y, yaw) of base_footprint in odom [m, m, rad] by stamp [ns].
         speed: Velocity of the odometry [m/s, m/s, rad/s].
+        support: State and support foot of the gait.
         markers: Poses of the footstep markers in odom by name.
+        urdf: The robot description; None before it arrives.
+        count: Number of joint states so far.
     """
 
     joint_names: list[str] = field(default_factory=list)
@@ -55,7 +60,9 @@ class RobotLink:
     """Subscriptions and publishers of the viewer, in the namespace of its node.
 
     Args:
+        node: The node that subscribes and publishes.
         name: Of a robot out of several, below which its topics are; "" for the only one.
+        stamped: Whether to publish TwistStamped.
     """
 
     def __init__(self, node: "Node", name: str = "", *, stamped: bool = False) -> None:

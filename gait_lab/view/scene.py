@@ -45,7 +45,12 @@ class LinkPoses:
         return int(self._model.getFrameId(name, pin.FrameType.BODY))
 
     def at(self, names: list[str], position: list[float]) -> tuple[FloatArray, FloatArray]:
-        """Return the poses of links (l, 4, 4) and soles (2, 4, 4) in the torso frame."""
+        """Return the poses of links (l, 4, 4) and soles (2, 4, 4) in the torso frame.
+
+        Args:
+            names: Names of the joints; unknown ones are ignored.
+            position: Their angles [rad]; those that are not finite are ignored.
+        """
         for name, angle in zip(names, position, strict=False):
             column = self._columns.get(name)
             if column is not None and np.isfinite(angle):
@@ -60,8 +65,18 @@ class LinkPoses:
 class RobotScene:
     """The scene in the browser, in the world of the ground truth, or in odom without it.
 
+    Args:
+        server: The viser server of the page.
+        robot: The robot to show.
+        name: Of a robot out of several; "" for the only one, which walks on a grid.
+        color: Of its torso; None for that of the URDF.
+
     Attributes:
         base: Position x, y [m] and heading [rad] of the middle between the soles.
+        com: Sphere at the CoM.
+        origin: Cylinder at the pendulum origin.
+        frames: Frames of the links.
+        meshes: Meshes of the links.
         prints: Footprints, oldest first.
     """
 

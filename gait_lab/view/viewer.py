@@ -62,6 +62,10 @@ class Panel:
         yaw: Slider of the yaw rate [deg/s].
         impulse: Slider of the impulse of a push [N s].
         direction: Direction of a push, seen from the robot.
+        push: Button for a push.
+        stop: Button that sets all velocities to 0.
+        follow: Whether the camera follows the robot.
+        through: Whether the robot is transparent.
         robot: Which robot is driven, pushed and followed; None if there is only one.
         driver: Client that moved a slider of the velocity last; None before that.
     """
@@ -194,7 +198,17 @@ class Pages:
 class ShownRobot:
     """One robot on the page.
 
+    Args:
+        node: The node that subscribes and publishes.
+        server: The viser server of the page.
+        name: Of a robot out of several; "" for the only one.
+        color: Of its torso; None for that of the URDF.
+        team: Its team; None for a robot that does not play.
+        stamped: Whether to publish TwistStamped.
+
     Attributes:
+        name: Its name.
+        link: Connection to the robot.
         scene: What is drawn of it; None until joint states arrive.
         world: What it estimates, if it plays.
     """
@@ -433,7 +447,18 @@ def run(
     duration: float = math.inf,
     say: Callable[[str], None],
 ) -> None:
-    """Show the robot until Ctrl-C, or for `duration`."""
+    """Show the robot until Ctrl-C, or for `duration`.
+
+    Args:
+        port: Port of the page on this machine.
+        namespace: Namespace of the robot; "" for none.
+        stamped: Whether to publish TwistStamped.
+        duration: Wall time [s] after which the view ends.
+        say: Prints a line.
+
+    Raises:
+        NaoGaitError: If the port cannot be used or the namespace is invalid.
+    """
     with stop_on_signal() as stop, ros_node("nao_gait_view", namespace) as node:
         from rclpy.executors import SingleThreadedExecutor
 

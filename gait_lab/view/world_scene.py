@@ -30,6 +30,9 @@ class WorldScene:
     """What one player publishes, drawn as soon as it does.
 
     Args:
+        node: The node that subscribes.
+        server: The viser server of the page.
+        name: Of the robot, below which its topics are; "" for the only one.
         team: Of the robot: its field is turned by half a turn for the team that plays towards
             negative x.
     """

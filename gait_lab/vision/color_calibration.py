@@ -66,6 +66,7 @@ class Sample(NamedTuple):
     """A rectangle of an image that shows one class, and perhaps some field.
 
     Attributes:
+        name: Class, one of `CLASSES`.
         image: Number of the image, counted from 0.
         box: First column, first row, last column, last row [px].
     """
@@ -111,6 +112,9 @@ def calibrate_colors(
     """Make a colour table of images (height, width, 3), red, green, blue, that show the field.
 
     The base table keeps its ranges for classes that no image shows; samples replace the search.
+
+    Raises:
+        NaoGaitError: The images show no field or no lines, or a sample is not usable.
     """
     if not images:
         raise NaoGaitError("images", "none", "at least one")

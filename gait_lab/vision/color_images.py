@@ -60,8 +60,16 @@ def calibrate(
     """Write a colour table, and a picture of how it classifies the images beside it.
 
     Args:
+        source: A bag, a folder of PNG images, or a scene.
+        out: The YAML file; the picture has the same name and ends in .png.
         base: Table whose ranges are kept for classes that the images do not show.
+        topic: Of the images in a bag; "" for all of them.
+        engine: Renders a scene.
         samples: What the user has marked: CLASS IMAGE X0 Y0 X1 Y1 each.
+        say: Prints a line.
+
+    Raises:
+        NaoGaitError: The source has no images, or they cannot be used.
     """
     marked = [_sample(*words) for words in samples]
     table = load_color_table(base)
@@ -93,7 +101,16 @@ def _sample(name: str, *numbers: str) -> Sample:
 
 
 def read_images(source: str, *, topic: str = "", engine: str = "mujoco") -> list[Image]:
-    """Images (height, width, 3), red, green, blue."""
+    """Images (height, width, 3), red, green, blue.
+
+    Args:
+        source: A bag, a folder of PNG images, or a scene.
+        topic: Of the images in a bag; "" for all of them.
+        engine: Renders a scene.
+
+    Raises:
+        NaoGaitError: The source has no images.
+    """
     path = Path(source)
     if path.is_dir() and any(path.glob("*.png")):
         return _of_folder(path)

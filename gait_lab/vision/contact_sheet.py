@@ -79,7 +79,11 @@ def write_sheet(out: Path, say: Callable[[str], None]) -> None:
 
 
 def write(tiles: Sequence[Image], path: Path) -> None:
-    """Write images (h, w, 3) in rows of three."""
+    """Write images (h, w, 3) in rows of three.
+
+    Raises:
+        NaoGaitError: The file cannot be written.
+    """
     rows = [np.hstack(tiles[first : first + 3]) for first in range(0, len(tiles), 3)]
     sheet = cv2.cvtColor(np.vstack(rows), cv2.COLOR_RGB2BGR)
     if not cv2.imwrite(str(path), sheet, (cv2.IMWRITE_JPEG_QUALITY, QUALITY)):

@@ -26,7 +26,11 @@ SETTLE = 1.0
 
 @dataclass(frozen=True, slots=True)
 class VisionWalk:
-    """One walk to be seen."""
+    """One walk to be seen.
+
+    Attributes:
+        kind: One of `walks.KINDS`.
+    """
 
     seed: int
     kind: str

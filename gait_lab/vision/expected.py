@@ -43,6 +43,7 @@ class Expected:
     """An object, where it truly is.
 
     Attributes:
+        kind: What it is.
         position: [m] in the true base_footprint at the time of the image.
         in_image: Its place on the ground is in the image, and no robot hides it.
         due: All that it is recognised by is in the image, and nothing hides it.

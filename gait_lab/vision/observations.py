@@ -16,11 +16,13 @@ class Observation(NamedTuple):
     """An image that vision can work on.
 
     Attributes:
+        camera: Name of the camera.
         stamp: [ns] time of the exposure.
         time: [ns] when the image arrives.
         image: (h, w, 3) red, green, blue.
         view: The camera in base_footprint at the time of the exposure, as measured.
         late_view: The same from the newest measurement at the arrival of the image.
+        truth: At the time of the exposure.
     """
 
     camera: str

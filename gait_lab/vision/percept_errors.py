@@ -95,7 +95,11 @@ class PerceptErrors(Settings):
 
 
 def load_percept_errors(name_or_path: str | Path = "percept_errors") -> PerceptErrors:
-    """Load the errors: a shipped name or the path of a YAML file."""
+    """Load the errors: a shipped name or the path of a YAML file.
+
+    Raises:
+        NaoGaitError: Names the file, the field, its value and what is allowed.
+    """
     path = find("vision", name_or_path)
     values = schema.read_yaml(path, "percept errors")
     return PerceptErrors.from_mapping(values, f"percept errors {path}: ")

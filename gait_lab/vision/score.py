@@ -57,6 +57,8 @@ class Sighting(NamedTuple):
 
     Attributes:
         position: [m] in the true base_footprint.
+        in_image: See `Expected`.
+        due: See `Expected`.
         seen_as: Kind of the percept that is nearest to it; None if it was missed.
         percept: [m] Place of that percept.
         sigma: [m] Standard deviation of that place as vision states it.
@@ -103,10 +105,12 @@ class Score:
     """What was seen in some images.
 
     Attributes:
+        images: Their number.
         sightings: Objects that are due, in the image or found.
         false: Percepts of nothing: kind and place [m].
         poses: Errors of the camera's pose, by image.
         line_due: (n, 2) arrays of the points of lines that were due: distance [m], found (0 or 1).
+        line_points: Points on lines that were found.
         false_line_points: Number of points on no line.
         false_lines: Number of images with a false line.
         times: [s] of vision, by image.

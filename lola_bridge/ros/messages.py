@@ -24,7 +24,13 @@ _STATUS = ("normal", "hot", "very hot", "critically hot")
 
 
 class SensorWriter:
-    """Messages of one frame."""
+    """Messages of one frame.
+
+    Args:
+        robot: The robot.
+        joints: Its joints.
+        period: Time [s] between two frames.
+    """
 
     def __init__(self, robot: RobotDescription, joints: JointMap, period: float) -> None:
         self._map, self._period = joints, period
@@ -116,7 +122,10 @@ def diagnostics(
     """State of the bridge, the motors and the battery.
 
     Args:
+        node: Name of the node.
         stamp: [ns] of the last frame.
+        sensors: Its sensors.
+        status: State of the driver.
         refused: Why no command passes; empty if commands pass.
     """
     worst = max(range(len(JOINTS)), key=lambda i: (sensors.status[i], sensors.temperature[i]))

@@ -40,7 +40,12 @@ class BlockedDetector:
         self._steps: deque[tuple[float, float, float, float]] = deque(maxlen=2 * STEPS)
 
     def step(self, wanted: Pose2, q_in_odom: Pose2) -> None:
-        """The support changes."""
+        """The support changes.
+
+        Args:
+            wanted: Size that the step was meant to have, in its Q.
+            q_in_odom: Pose of the new Q by the odometry.
+        """
         last, self._q_in_odom = self._q_in_odom, q_in_odom
         if last is None:
             return

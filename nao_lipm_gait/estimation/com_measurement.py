@@ -14,7 +14,11 @@ from robot_core.types import Point3, Pose2
 
 @final
 class LevelFrame:
-    """The level frame of a sole, given in the torso frame."""
+    """The level frame of a sole, given in the torso frame.
+
+    Attributes:
+        origin: Origin [m].
+    """
 
     __slots__ = ("forward", "left", "origin", "up")
 

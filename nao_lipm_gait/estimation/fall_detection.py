@@ -32,6 +32,9 @@ class FallDetector:
             rate: Angular velocity [rad/s] of the torso in the torso frame.
             limit: Limit [rad] of the predicted tilt.
             horizon: Time [s] by which the tilt is predicted.
+
+        Returns:
+            Whether the robot falls.
         """
         ux, uy, _ = up_in_torso
         wx, wy, _ = rate
@@ -69,6 +72,7 @@ class TippingDetector:
             measured: Measured CoM [m] in Q.
             k: Natural frequency [1/s] of the pendulum.
             limit: Limit [m] of the divergent component; 0 = no detection.
+            dt: Time [s] since the last tick.
 
         Returns:
             x, y [m], vx, vy [m/s] of the CoM relative to its rest position if the robot tips.

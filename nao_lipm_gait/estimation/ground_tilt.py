@@ -72,9 +72,11 @@ class GroundTilt:
         """One tick of a walk.
 
         Args:
+            support: Stance leg, LEFT or RIGHT.
             pitch: Pitch [rad] of its sole against the vertical, by joint angles and IMU.
             zmp: ZMP in the level frame of that sole, forward [m].
             widening: What the deadband is wider [rad] because the walk changes.
+            dt: Time [s] since the last tick.
         """
         self._support = support
         self._age += dt

@@ -38,6 +38,7 @@ class _Tick:
         deadband: Growth [rad] that does not count.
         fast: Share by which the average over `FAST_TIME` follows a difference.
         slow: The same over `SLOW_TIME`.
+        dt: Time [s] since the last tick.
     """
 
     __slots__ = ("deadband", "dt", "fast", "settles", "slow")
@@ -78,6 +79,7 @@ class _Axis:
         Args:
             sole: Difference of the sole's normal from it [rad].
             force: Difference of the specific force [rad].
+            tick: This tick.
         """
         sole = self._sole.update(sole, tick)
         force = self._force.update(force, tick)
@@ -121,6 +123,7 @@ class GyroBiasJump:
                 frame.
             force: The same of the specific force over gravity.
             velocity: Of the robot, averaged over a step [m/s, m/s, rad/s].
+            dt: Time [s] since the last tick.
             after_loss: Samples of the gyro since the last tick were lost.
         """
         self._age += dt

@@ -86,6 +86,7 @@ class Zero(NamedTuple):
     """The zero of a joint, if all others are right.
 
     Attributes:
+        joint: Its name; of joints with one motor the leader.
         zero: [rad] True minus measured angle.
         sigma: [rad] Its standard deviation.
         evidence: Logarithm of the likelihood that this zero is wrong over that of none.
@@ -112,6 +113,7 @@ def joint_zeros(robot: RobotDescription, poses: Sequence[Pose]) -> list[Zero]:
     """Judge each leg joint.
 
     Args:
+        robot: The robot.
         poses: What was measured, in two poses or more.
 
     Returns:
@@ -158,7 +160,9 @@ def corrected(
     """A calibration that corrects a zero, too.
 
     Args:
+        robot: The robot.
         calibration: What was measured with the wrong zero.
+        wrong: The zero.
         position: (n,) [rad] measured joint angles of the stand in which it was measured.
     """
     legs = _Legs(robot)
@@ -191,7 +195,11 @@ def in_words(wrong: Sequence[Zero]) -> str:
 
 
 class _Legs:
-    """What the soles of a robot say for given joint angles, and its derivatives."""
+    """What the soles of a robot say for given joint angles, and its derivatives.
+
+    Attributes:
+        joints: The joints that are judged.
+    """
 
     def __init__(self, robot: RobotDescription) -> None:
         self._body = BodyModel(robot)

@@ -33,7 +33,11 @@ class LyingSideDetector:
         return self._force or (0.0, 0.0, GRAVITY)
 
     def update(self, specific_force: Point3, dt: float) -> Posture | None:
-        """One tick: accelerometer [m/s^2] in the torso frame, dt [s] since the last tick."""
+        """One tick: accelerometer [m/s^2] in the torso frame, dt [s] since the last tick.
+
+        Returns:
+            The side; None while the robot moves or is upright.
+        """
         if self._force is None:
             self._force = specific_force
         share = min(1.0, dt / SMOOTHING_TIME)

@@ -14,6 +14,7 @@ class Odometry:
 
     Attributes:
         velocity: Velocity of base_footprint in its own frame [m/s, m/s, rad/s].
+        support_sole_in_odom: Pose of the support sole.
     """
 
     def __init__(self) -> None:
@@ -52,7 +53,10 @@ class Odometry:
         """One tick.
 
         Args:
+            support: Support leg, `LEFT` or `RIGHT`.
+            support_sole: Level frame of the support sole.
             other_sole: The other sole in the torso frame.
+            dt: Time [s] since the last tick.
             yaw_slip: Angle [rad] by which the support sole has turned on the ground.
         """
         other = support_sole.pose_of(other_sole)

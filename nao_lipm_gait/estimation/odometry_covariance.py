@@ -33,6 +33,7 @@ class OdometryCovariance:
         """One step.
 
         Args:
+            base_footprint: Pose of base_footprint in odom.
             yaw_variance: Variance [rad^2] of the heading.
             blocked: The robot walks against something, since some steps ago if it did not before.
         """

@@ -119,6 +119,7 @@ def sole_springs(corners: Sequence[Point2], mass: float) -> SoleSprings:
 
     Args:
         corners: Corners of the left sole in its frame [m].
+        mass: Mass of the robot [kg].
     """
     x = sum(corner[0] for corner in corners) / len(corners)
     y = sum(corner[1] for corner in corners) / len(corners)
@@ -197,6 +198,8 @@ class SoleLevelling:
         springs: The soles on the expected ground.
         pitch: Pitch [rad] of the left sole relative to the right one, if it was calibrated.
         roll: The same for the roll [rad].
+        known: Whether it was calibrated.
+        learns_roll: Whether the roll is learned.
 
     Attributes:
         applied_pitch: Pitch [rad] that the joint angles given to `update` no longer contain.
@@ -271,12 +274,14 @@ class SoleLevelling:
         """One tick of a walk.
 
         Args:
+            support: Support leg, `LEFT` or `RIGHT`.
             sole: Support sole in the torso frame, by the joint angles.
             com_in_sole: CoM in the level frame of that sole [m].
             force_in_sole: Accelerometer [m/s^2] in the level frame.
             torso_yaw: Yaw [rad] of the torso in the level frame.
             angular_velocity: Gyro [rad/s] in the torso frame; its yaw rate is not used.
             velocity: Velocity of the robot by odometry [m/s, m/s, rad/s].
+            dt: Time [s] since the last tick.
         """
         roll_rate, pitch_rate, _ = angular_velocity
         yaw_before, self._yaw = self._yaw, torso_yaw

@@ -46,6 +46,7 @@ class StandAlignment:
             force: Accelerometer [m/s^2] in the torso frame.
             left_normal: Unit normal of the left sole in the torso frame, by the joint angles.
             right_normal: The same of the right sole.
+            dt: Time [s] since the last tick.
         """
         self._settling += dt
         if self._settling < SETTLING_TIME:

@@ -67,7 +67,12 @@ class StateEstimator:
     """Estimates the state of the robot's own body.
 
     Args:
+        body: Kinematics and mass distribution of the robot.
+        parameters: Parameters of the gait.
         period: Time [s] between two frames if none is lost.
+        levelling: Learns the relative tilt of the soles.
+        alignment: Measures the IMU against the soles.
+        ground: Finds the tilt of the ground.
 
     Attributes:
         com_in_q: Measured CoM [m].
@@ -147,7 +152,9 @@ class StateEstimator:
         """One tick.
 
         Args:
+            frame: Sensors of one instant.
             expected: Support leg at this instant, and where the walk has its sole.
+            state: Mode of the gait.
             dt: Time [s] since the last frame; more than a period if frames were lost.
             settled: The robot stands in its stand pose.
         """

@@ -90,6 +90,7 @@ class TorsoOrientation:
             specific_force: Accelerometer [m/s^2] in the torso frame.
             sole_normal: Unit z axis of the support sole in the torso frame, by the joint angles;
                 None while the robot does not stand on it.
+            dt: Time [s] since the last tick.
         """
         wx, wy, wz = angular_velocity
         x, y, z = self.up_in_torso

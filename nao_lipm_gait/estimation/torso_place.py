@@ -13,6 +13,8 @@ class TorsoPlace(NamedTuple):
 
     Attributes:
         up: Unit vertical in the torso frame.
+        left_sole: Left sole in the torso frame.
+        right_sole: Right sole in the torso frame.
         base_footprint_in_odom: x, y [m], yaw [rad].
     """
 

@@ -37,6 +37,7 @@ class YawOffFeet:
         Args:
             up: Unit vertical in the torso frame.
             angular_velocity: Gyro [rad/s] in the torso frame; z is 0 without a yaw gyro.
+            dt: Time [s] since the last tick.
 
         Returns:
             Change of the yaw [rad] since the last tick, at most `RATE_MAX` times `dt`; what is more

@@ -27,6 +27,8 @@ class YawOverSole:
         """One tick.
 
         Args:
+            support: Support leg, `LEFT` or `RIGHT`.
+            support_sole: Level frame of the support sole.
             other_sole: The other sole in the torso frame.
 
         Returns:
@@ -96,6 +98,8 @@ class YawSlipFromYawGyro:
             over_sole: The torso's rotation [rad] over its support sole since the last tick.
             up: Unit vertical in the torso frame.
             angular_velocity: Gyro [rad/s] in the torso frame.
+            dt: Time [s] since the last tick.
+            at_rest: The robot stands.
             quiet: It has also stopped rocking, so the gyro measures its bias.
 
         Returns:
@@ -146,6 +150,7 @@ def unseen_rate_variance(velocity: Pose2, slip_sigma: float = UNSEEN_SLIP_SIGMA)
     """Variance [rad^2/s^2] of a yaw rate that is not measured.
 
     Args:
+        velocity: Velocity by odometry [m/s, m/s, rad/s].
         slip_sigma: Deviation [rad/m] of the yaw slip.
     """
     x, y, yaw = velocity
@@ -167,6 +172,12 @@ class UnseenYawSlip:
 
         Args:
             over_sole: The torso's rotation [rad] over its support sole since the last tick.
+            velocity: Velocity by odometry [m/s, m/s, rad/s].
+            dt: Time [s] since the last tick.
+            at_rest: The robot stands still.
+
+        Returns:
+            0.
         """
         if not at_rest:
             walked = hypot(velocity[0], velocity[1]) * dt

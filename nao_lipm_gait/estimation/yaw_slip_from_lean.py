@@ -142,11 +142,13 @@ class YawSlipFromLean:
         """One tick.
 
         Args:
+            support: Support leg, `LEFT` or `RIGHT`.
             over_sole: The torso's rotation [rad] over its support sole since the last tick.
             sole_normal: Unit z axis of the support sole in the torso frame.
             up: Unit vertical in the torso frame.
             roll_rate: Gyro [rad/s] about the torso's x axis.
             velocity: Velocity [m/s] by odometry, forward and left.
+            dt: Time [s] since the last tick.
             at_rest: The robot stands still, so the gyro measures its bias.
 
         Returns:
@@ -345,6 +347,7 @@ class _Stride:
 
     Attributes:
         time: Time [s] since the stride began.
+        walked: Walked distance [m].
         turned: Rotation [rad] of the torso over its support soles.
         steady_slip: Yaw slip [rad] that the odometry was turned by.
     """
@@ -382,8 +385,10 @@ class _Stride:
             turned: The torso's rotation [rad] over its support sole.
             sole_lean: Sine of the torso's pitch over the support sole.
             up_lean: Sine of the torso's pitch against gravity.
+            walked: Walked distance [m].
             steady_slip: Yaw slip [rad] that the odometry is turned by.
             roll: Roll [rad] by the joint angles.
+            dt: Time [s] since the last tick.
         """
         self.time += dt
         self.walked += walked

@@ -66,6 +66,7 @@ class HeadControl:
         Args:
             position: (n,) [rad] Joint targets.
             place: Pose of the torso.
+            dt: [s] Control period.
         """
         neck = self._neck
         if neck is None or self.is_free:

@@ -28,6 +28,8 @@ def balanced(
         position: (n,) [rad] Joint targets.
         support: +1 left, -1 right.
         angular_velocity: [rad/s] Of the torso, in the torso frame.
+        balance: Gains.
+        robot: The robot.
     """
     roll_rate, pitch_rate, _ = angular_velocity
     leg = robot.left_leg if support > 0 else robot.right_leg
@@ -71,6 +73,8 @@ class MotionPlayer:
     Movements whose start or end is only known now take longer than in the file if necessary.
 
     Args:
+        motion: The motion.
+        robot: The robot.
         start: (n,) [rad] Current joint angles.
         stand: (n,) [rad] The gait's stand pose.
 

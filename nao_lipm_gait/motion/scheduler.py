@@ -37,6 +37,7 @@ class MotionScheduler:
     """Runs one motion after the other.
 
     Args:
+        robot: The robot.
         library: Its motions; None = the shipped ones, read when first needed.
 
     Attributes:
@@ -86,6 +87,9 @@ class MotionScheduler:
         Args:
             asked: The motion or its name; GET_UP for the get-up of the lying side.
             posture: Posture now, or after the running motion; None = unknown, as during a fall.
+
+        Raises:
+            NaoGaitError: The motion is unknown or cannot start in this posture.
         """
         lies = posture is None or posture in LYING
         name = asked.name if isinstance(asked, Motion) else asked

@@ -82,6 +82,7 @@ def joint_input(
     """Contents of `joint_states`.
 
     Args:
+        message: The message.
         info: What rclpy knows about it: when it was sent and received [ns of the system clock].
         now: The system clock [ns].
         arrived: Time of its arrival [ns] on the clock of the stamps; None if that is unknown.
@@ -126,6 +127,9 @@ class CommandWriter(Protocol):
     """Writes joint targets as the message of one `command_interface`.
 
     Each is made with the joint names and the control period [s]. The message is reused.
+
+    Attributes:
+        message_type: Message type of `joint_command`.
     """
 
     message_type: type

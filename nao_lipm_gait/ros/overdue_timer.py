@@ -17,6 +17,8 @@ class OverdueTimer:
     It runs on the wall clock: for a robot in real time.
 
     Args:
+        node: The node of the gait.
+        period: Control period [s].
         callback: What to do. It is called again after `period`, if nothing is answered before.
     """
 

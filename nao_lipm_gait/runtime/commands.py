@@ -124,6 +124,8 @@ class MotionRequests:
         """Follow one tick of the gait.
 
         Args:
+            state: State of the gait.
+            running: Name of the running motion; empty without one.
             waits: A requested motion or get-up has not begun yet.
             ended: The running motion has reached its last keyframe, which it holds.
         """

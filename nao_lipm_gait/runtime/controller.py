@@ -44,6 +44,8 @@ class Answer(NamedTuple):
     """The answer to one joint state.
 
     Attributes:
+        targets: Targets to send as `joint_command`.
+        status: What the gait did; None if there was no tick, or the last targets are held.
         torso_pose: The base link in base_footprint, with a status; see `Gait.torso_pose`.
     """
 
@@ -57,6 +59,7 @@ class Output(NamedTuple):
 
     Attributes:
         answers: The oldest first; two if a joint state completes the one before it.
+        log: Lines for the log.
         motion_results: What became of requested motions, as `name: outcome`.
     """
 
@@ -69,11 +72,16 @@ class GaitController:
     """One gait and all that stands between it and the messages.
 
     Args:
+        robot: The robot.
+        parameters: Parameters of the gait.
+        settings: What does not change.
         clock: Any monotonic time [s]; it is used for reports and never for the walk.
+        motions: None = those that are shipped for this robot.
         calibration: Known constant errors of the robot's sensors.
 
     Attributes:
         parameters: The last requested ones; a walk applies them at its next support change.
+        last_status: Status of the last tick; None before the first.
     """
 
     def __init__(
@@ -138,6 +146,7 @@ class GaitController:
         """Take a message; nothing about it can raise.
 
         Args:
+            topic: Where it came from.
             read: Gives the contents of the message; its exceptions are caught as well.
         """
         answers: list[Answer] = []
@@ -255,6 +264,9 @@ class GaitController:
 
         Args:
             act: Does it, and describes what is going to happen.
+
+        Returns:
+            Whether it was accepted, and the description or the reason of the refusal.
         """
         try:
             return True, act()
@@ -288,12 +300,20 @@ class GaitController:
         self._supervisor.request_motion(name)
 
     def get_up(self) -> str:
-        """Get up from the floor; describes what is going to happen."""
+        """Get up from the floor; describes what is going to happen.
+
+        Raises:
+            NaoGaitError: If the robot does not lie.
+        """
         self._supervisor.get_up()
         return "getting up once the robot has come to rest"
 
     def look(self, goal: Goal | None) -> None:
-        """Turn the head; None returns control to the gait."""
+        """Turn the head; None returns control to the gait.
+
+        Raises:
+            NaoGaitError: For a robot without a head to turn.
+        """
         self._gait.request_look(goal)
 
     def lift(self, share: float) -> None:
@@ -306,7 +326,11 @@ class GaitController:
         self._gait.request_kick((x, y), direction)
 
     def with_changes(self, changes: Mapping[str, object]) -> GaitParameters:
-        """The gait's parameters with these changes, all or none; names of others are left out."""
+        """The gait's parameters with these changes, all or none; names of others are left out.
+
+        Raises:
+            NaoGaitError: For a bad value, or a change that needs a robot that stands still.
+        """
         own = {n: BY_NAME[n].check(value) for n, value in changes.items() if n in BY_NAME}
         changed = self.parameters.replace(**own)
         needing = self._needing_restart(changed)
@@ -316,7 +340,11 @@ class GaitController:
         return changed
 
     def change_parameters(self, changes: Mapping[str, object]) -> None:
-        """Apply changes; a walk applies them at its next support change."""
+        """Apply changes; a walk applies them at its next support change.
+
+        Raises:
+            NaoGaitError: As `with_changes`.
+        """
         changed = self.with_changes(changes)
         if changed == self.parameters:
             return

@@ -77,7 +77,10 @@ class Diagnostics:
         It is logged when it begins, when its level rises and when its kind changes.
 
         Args:
+            group: The report: SENSORS, WALK or COMMANDS.
+            level: Its severity.
             key: Names the condition for its end.
+            text: What it is.
             kind: Tells apart conditions that share a key.
         """
         before = self._conditions.get(key)

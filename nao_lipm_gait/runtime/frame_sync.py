@@ -34,6 +34,9 @@ class FrameSync:
     Methods that may return a blind frame take the last known roll and pitch of the torso [rad], and
     raise NaoGaitError if there has never been an IMU sample; the frame is dropped then.
 
+    Args:
+        period: Control period [ns].
+
     Attributes:
         imu_behind: Time [ns] from the newest IMU sample to the joints, if one arrived since the
             last blind frame; below 0 the IMU is ahead.

@@ -77,6 +77,8 @@ class ImuAxes:
     """Judges the first steps, one tick after the other.
 
     Args:
+        body: Kinematics of the robot.
+        period: Control period [s].
         yaw_gyro: The gyro is said to measure yaw.
 
     Attributes:
@@ -112,7 +114,12 @@ class ImuAxes:
         return self._confirmed >= CONFIRMED or self._judged >= LONGEST
 
     def update(self, frame: SensorFrame, support: int) -> None:
-        """One tick of a walk."""
+        """One tick of a walk.
+
+        Args:
+            frame: As measured.
+            support: The leg on which the robot stands, LEFT or RIGHT.
+        """
         if frame.stamp - self._stamp > 1.5e9 * self._dt:  # frames were lost
             self.interrupt()
         self._stamp = frame.stamp

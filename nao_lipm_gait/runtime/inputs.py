@@ -80,6 +80,7 @@ class LoadInput:
     """`l_sole/wrench` or `r_sole/wrench`.
 
     Attributes:
+        side: 0 left, 1 right.
         force: Normal force of the floor on the sole [N].
     """
 
@@ -107,6 +108,9 @@ def read_velocity(message: TwistInput) -> VelocityCommand:
 
     The other three components are ignored, but must be finite: a sender that has a NaN anywhere is
     broken.
+
+    Raises:
+        NaoGaitError: With the component that is refused.
     """
     for axis, value in zip("xyz", message.linear, strict=True):
         finite(value, f"cmd_vel linear.{axis}", SPEED_ABSURD, "m/s")
@@ -142,9 +146,13 @@ def head_point(topic: str, point: Point3, frame_id: str, robot: RobotDescription
     """Read `~/look_at` or `~/follow`.
 
     Args:
+        topic: Name of the topic, for errors.
         point: x, y, z [m] in the frame of the header.
         frame_id: One of the torso's frames, `base_footprint` or `odom`.
         robot: Names its frames.
+
+    Raises:
+        NaoGaitError: For another frame, or a number that is not finite.
     """
     x, y, z = (
         finite(value, f"{topic} point.{axis}", DISTANCE_ABSURD, "m")
@@ -170,7 +178,11 @@ def head_follow(point: Point3, frame_id: str, robot: RobotDescription) -> Follow
 def kick_goal(
     point: Point2, quaternion: tuple[float, float, float, float], frame_id: str
 ) -> Pose2:
-    """Read `~/kick`: the ball x, y [m] and the direction of its way [rad], in base_footprint."""
+    """Read `~/kick`: the ball x, y [m] and the direction of its way [rad], in base_footprint.
+
+    Raises:
+        NaoGaitError: For another frame, or a number that is not finite.
+    """
     if frame_id != Frame.FOOTPRINT.value:
         raise NaoGaitError("~/kick header.frame_id", frame_id, Frame.FOOTPRINT.value)
     x, y = (finite(each, "~/kick pose.position", DISTANCE_ABSURD, "m") for each in point)
@@ -180,7 +192,11 @@ def kick_goal(
 
 
 def head_mode(text: str) -> Goal | None:
-    """Read `~/head_mode`: a search, or None to give the head back to the gait."""
+    """Read `~/head_mode`: a search, or None to give the head back to the gait.
+
+    Raises:
+        NaoGaitError: For another text.
+    """
     if text not in HEAD_MODES:
         raise NaoGaitError("~/head_mode", text, f"one of {', '.join(HEAD_MODES)}")
     return Search() if text == "search" else None

@@ -58,6 +58,7 @@ class NewTime(NamedTuple):
 
     Attributes:
         stamp: The first stamp [ns] of it.
+        first: There was no time before.
         steady: The robot has not moved meanwhile: only the clock has jumped.
     """
 
@@ -93,6 +94,8 @@ class Intake:
     """Decides which messages are used, and makes frames of them.
 
     Args:
+        robot: The robot that is measured.
+        control_period: Time between two joint states [s].
         say: Takes what was found.
     """
 
@@ -150,10 +153,14 @@ class Intake:
         """Take a joint state.
 
         Args:
+            message: The joint state.
             now: Wall time [s], for what is reported.
             walking: The robot walks, so its joints must move.
             tilt: Last known roll and pitch of the torso [rad], which an IMU that is gone keeps.
             driven: The motors follow the targets of a stand or walk, as far as is known.
+
+        Raises:
+            NaoGaitError: If it cannot be read.
         """
         stamp = stamp_of(message.sec, message.nanosec, STAMP)
         step = self._stamps.classify(stamp)

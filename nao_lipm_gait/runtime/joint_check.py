@@ -49,6 +49,10 @@ STUCK, OTHER = "does not move; encoder, cable or motor?", "motor off, blocked or
 class JointCheck:
     """Compares readings with targets; one tick after the other.
 
+    Args:
+        robot: The robot.
+        period: Control period [s].
+
     Attributes:
         trouble: What is wrong; empty while nothing is known to be.
         done: All leg joints have proved themselves.

@@ -56,6 +56,8 @@ class Reporter:
     """Logs falls, get-ups and what else an operator must know of; counts what goes into reports.
 
     Args:
+        gait: Is only read.
+        control_period: Time between two joint states [s].
         clock: Any monotonic time [s].
 
     Attributes:
@@ -210,7 +212,14 @@ class Reporter:
     def reports(
         self, parameters: GaitParameters, velocity: HeldVelocity, stamp: int | None, missed: int
     ) -> tuple[Report, ...]:
-        """The reports since the last call; once per second."""
+        """The reports since the last call; once per second.
+
+        Args:
+            parameters: Of the gait.
+            velocity: The commanded velocity.
+            stamp: See `Intake.stamp`.
+            missed: See `Intake.missed`.
+        """
         health = Health(
             ticks=self._ticks.summarize(),
             sensor_age=None if self._sensors_at is None else self._clock() - self._sensors_at,

@@ -76,9 +76,13 @@ class Health:
     """The state of the gait at the end of a second; what is None has not happened yet.
 
     Attributes:
+        ticks: Ticks of this second.
         sensor_age: Wall time [s] since the last joint state.
         missed_ticks: Frames that never arrived, since the start.
+        rejected: Refused messages per topic, since the start.
         faults: Ticks whose targets were held or clipped by the guard, since the start.
+        deadline_misses: Ticks that took longer than a control period, since the start.
+        status: Status of the last tick.
         command_age: Sensor time [s] since the last velocity command.
         command_timed_out: A command to move is too old, so the robot stops.
         gyro_bias_sigma: Standard deviation of the gyro's bias [rad/s].

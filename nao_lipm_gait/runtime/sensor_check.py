@@ -50,6 +50,8 @@ class SensorCheck:
     """Judges the first stand; one tick after the other.
 
     Args:
+        robot: The robot that is measured.
+        period: Control period [s].
         yaw_gyro: The gyro is said to measure yaw.
 
     Attributes:
@@ -103,6 +105,7 @@ class SensorCheck:
         """One tick.
 
         Args:
+            frame: As measured.
             stands: The gait stands or moves into its stand.
             carried: The soles are known to carry the robot.
             support: The leg on which it walks because it is told to, LEFT or RIGHT; else 0.

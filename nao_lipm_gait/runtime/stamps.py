@@ -117,6 +117,9 @@ class SensorAge:
     The arrival is a part of the input: without it, or on a clock that is not that of the stamps,
     the age is the one that the walk is set to.
 
+    Args:
+        period: Control period [s].
+
     Attributes:
         usual: Age [s] that the walk is set to.
         age: Age [s] of the last frame on arrival; None if it is unknown.

@@ -22,7 +22,11 @@ QUIET = 0.02
 
 
 class StandCheck:
-    """Judges the first quiet stand; one tick after the other."""
+    """Judges the first quiet stand; one tick after the other.
+
+    Attributes:
+        warning: What is wrong; empty if nothing.
+    """
 
     def __init__(self, robot: RobotDescription) -> None:
         self._body = BodyModel(robot)
@@ -35,6 +39,7 @@ class StandCheck:
 
         Args:
             frame: Sensors without the errors that were calibrated.
+            stands: The robot stands on both soles by its own motors.
         """
         self._frames.append(frame)
         moved = np.abs(frame.joint_position - self._frames[0].joint_position).max()

@@ -60,6 +60,7 @@ class ControllerSettings:
     """What does not change while the controller runs.
 
     Attributes:
+        control_period: Time between two joint states [s].
         cmd_vel_timeout: Age [s] at which a velocity command means stop.
         imu_patience: Time [s] without an IMU after which the robot stops walking.
         bias_wait: Longest time [s] to stand before the first walk until the gyro's bias is known; a
@@ -79,6 +80,7 @@ class Supervisor:
 
     Args:
         gait: The gait, of which it requests a stand, a restart, a fall or a motion.
+        settings: What does not change.
         say: Takes what is to be said.
     """
 
@@ -123,7 +125,11 @@ class Supervisor:
     # -- messages ----------------------------------------------------------------------------------
 
     def receive(self, message: TwistInput | LoadInput | TemperatureInput, now: int | None) -> None:
-        """Take a message; `now` is the newest stamp of joint states [ns], None before the first."""
+        """Take a message; `now` is the newest stamp of joint states [ns], None before the first.
+
+        Raises:
+            NaoGaitError: If it cannot be used.
+        """
         if isinstance(message, TwistInput):
             # Its arrival counts, not its stamp: senders may use another clock than the sensors.
             self.velocity.receive(read_velocity(message), now)
@@ -148,6 +154,7 @@ class Supervisor:
         """Check the pose in which the robot is found, before it gets its first targets.
 
         Args:
+            frame: Sensors.
             last: No later frame comes before this one is answered.
 
         Raises:
@@ -331,6 +338,9 @@ class Supervisor:
         Args:
             name: Name of the motion, or the path of its YAML file. A file is loaded beside the
                 ticks; its motion is requested by `request_loaded`.
+
+        Raises:
+            NaoGaitError: For a motion that is unknown or cannot begin here.
         """
         if len(name) > LONGEST_NAME or not name.isprintable():
             allowed = f"at most {LONGEST_NAME} printable characters"

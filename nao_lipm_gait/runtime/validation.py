@@ -160,6 +160,7 @@ class StepFilter:
         """Filter one sample (n,).
 
         Args:
+            values: As measured.
             step: Largest plausible change, (n,) or one for all.
             substitute: (n,) What to use instead, for as long as needed; None = the last output, for
                 at most SPIKE_SAMPLES samples.
@@ -227,6 +228,8 @@ class SensorValidation:
     """Turns sensor messages into samples that the gait can use.
 
     Args:
+        robot: The robot that is measured.
+        period: Control period [s].
         say: Takes what was found.
 
     Attributes:
@@ -354,6 +357,9 @@ class SensorValidation:
         Positions that cannot be used are replaced by those that were commanded `delay` [ns] before.
         The joints of a robot that is `walking` must move, and those of one that is `driven`, in a
         stand or a walk, must follow their targets.
+
+        Raises:
+            NaoGaitError: If the joints cannot be read and no command tells where they are.
         """
         commanded = self._commands.position_at(stamp, delay)
         try:

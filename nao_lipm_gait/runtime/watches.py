@@ -198,6 +198,7 @@ class HeatWatch:
 
     Args:
         robot: Its leg motors matter most.
+        say: Where hot motors are reported.
         slower: Factor on the commanded velocity while a motor is hot; 1 = unchanged.
     """
 

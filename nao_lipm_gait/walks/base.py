@@ -49,6 +49,8 @@ class BodyTargets:
 
     Attributes:
         com_in_q: CoM in Q [m]; z is its height above the ground.
+        left_sole: Left sole in Q.
+        right_sole: Right sole in Q.
         torso_roll: Roll of the torso against gravity [rad].
         torso_pitch: Pitch of the torso against gravity [rad].
         q_in_odom: Pose of Q by the planned steps; only differences of it are meaningful.
@@ -188,6 +190,7 @@ class Walk(Protocol):
         """Plan one control period more.
 
         Args:
+            command: Commanded velocity.
             sent: The prediction assumes that the joints follow the targets; otherwise that they
                 hold the last ones. Also true for periods whose frame was lost, which are corrected
                 by the next measurement as usual.
@@ -246,7 +249,12 @@ def make_walk(
     """The walk engine that the parameter `walk` names, in a stand.
 
     Args:
+        parameters: Parameters of the gait.
+        control_period: Time between two ticks [s].
         make_observer: Makes its CoM observer; None = its own.
+
+    Returns:
+        The engine; see `nao_lipm_gait.walk_engines`.
 
     Raises:
         NaoGaitError: There is no such engine, or it has no CoM observer.
@@ -272,10 +280,16 @@ def body_targets(
     """Targets of one tick of a walk, with the soles sorted by side.
 
     Args:
+        support: Supporting leg, LEFT or RIGHT.
         com_in_q: CoM in Q [m].
         support_sole: Pose of the supporting sole in Q; it is flat on the ground.
+        swing_sole: The other sole in Q.
+        parameters: Parameters of the gait.
         q_in_odom: Pose of Q by the planned steps.
         torso_yaw: Turn of the torso ahead of the mean of both soles [rad].
+
+    Returns:
+        The targets.
     """
     standing = SoleTarget(support_sole[0], support_sole[1], 0.0, support_sole[2])
     left, right = (standing, swing_sole) if support == LEFT else (swing_sole, standing)

@@ -134,6 +134,10 @@ def exchange_distances(side: float, parameters: GaitParameters) -> tuple[float, 
 
     With pendulums of equal width, the support changes half-way between two origins.
 
+    Args:
+        side: Distance per double step to either side [m], not negative.
+        parameters: Parameters of the gait.
+
     Returns:
         Lateral distances at the end of the opening and of the closing step [m].
     """
@@ -147,6 +151,10 @@ def exchange_leads(side: float, parameters: GaitParameters) -> tuple[float, floa
 
     It is sinh(k t) for the time t from the lateral turning point to the exchange at the distance d,
     where cosh(k t) = d / width; eqs (1) and (3).
+
+    Args:
+        side: Distance per double step to either side [m], not negative.
+        parameters: Parameters of the gait.
 
     Returns:
         Leads at the end of the opening and of the closing step, as multiples of v_0 / k; v_0 is the
@@ -165,6 +173,10 @@ def opening_share(side: float, parameters: GaitParameters) -> float:
     """Share of the forward distance that the opening step of a diagonal walk covers.
 
     With this share the CoM passes both origins with the same speed.
+
+    Args:
+        side: Distance per double step to either side [m], not negative.
+        parameters: Parameters of the gait.
 
     Returns:
         The share, 0 to 1; 0.5 without side motion.

@@ -77,6 +77,7 @@ class SwingFoot:
 
         Args:
             landing: Pose of the sole in Q at touch-down.
+            dt: Time since the last tick [s].
             time_left: Time from the last tick to touch-down [s].
         """
         time_share = 1.0 if time_left <= dt else dt / time_left

@@ -15,6 +15,7 @@ class SolePose:
     """Pose of a sole in the torso frame.
 
     Attributes:
+        position: Position [m].
         forward: Unit x axis of the sole.
         normal: Unit z axis of the sole.
     """
@@ -28,7 +29,15 @@ class SolePose:
 
 
 class BodyModel:
-    """Mass distribution and kinematics of the robot; the root is a free-flyer at the torso."""
+    """Mass distribution and kinematics of the robot; the root is a free-flyer at the torso.
+
+    Args:
+        robot: The robot.
+
+    Attributes:
+        model: The Pinocchio model.
+        total_mass: Mass of the robot [kg].
+    """
 
     def __init__(self, robot: RobotDescription):
         # A fixed root would drop the torso's own mass from the CoM.

@@ -52,7 +52,13 @@ class PlacedBody:
 
 
 class ComPlacement:
-    """Turns body targets into joint angles."""
+    """Turns body targets into joint angles.
+
+    Args:
+        robot: The robot.
+        body: Its model; joint angles are set in it.
+        legs: Its leg kinematics.
+    """
 
     def __init__(self, robot: RobotDescription, body: BodyModel, legs: LegKinematics):
         self._body = body
@@ -83,7 +89,11 @@ class ComPlacement:
         turn on the spot swings no arm.
 
         Args:
+            targets: Targets of the body.
             arm_swing: Shoulder pitch per distance that a foot is ahead of the other [rad/m].
+
+        Returns:
+            The joint angles.
         """
         self._lowered = max(0.0, self._lowered - RISE_STEP)
         com_x, com_y, com_z = targets.com_in_q

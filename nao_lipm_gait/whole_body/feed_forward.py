@@ -55,6 +55,7 @@ class FeedForward:
             targets: The body targets behind them, of the robot's image.
             support: Supporting leg, LEFT or RIGHT; 0 = both.
             origin: Origin of the pendulum in Q [m], of the image.
+            dt: Time since the last tick [s].
         """
         if self._torque is None:
             return np.zeros(len(position))

@@ -28,7 +28,10 @@ class GroundAdaptation:
         """The targets on this ground; the same ones if it is level.
 
         Args:
+            targets: Targets of the body.
             support: Leg that supports when they take effect, LEFT or RIGHT.
+            ground: Tilt of the ground.
+            dt: Time [s] since the last tick.
             walks: The robot walks; in a stand the soles become level slowly.
         """
         step = (TURN_RATE if walks else RETURN_RATE) * dt

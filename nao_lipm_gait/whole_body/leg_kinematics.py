@@ -27,6 +27,11 @@ class LegAngles:
 
     Attributes:
         hip_yaw: Hip yaw, or the yaw-pitch that both legs share.
+        hip_roll: Hip roll.
+        hip_pitch: Hip pitch.
+        knee_pitch: Knee.
+        ankle_pitch: Ankle pitch.
+        ankle_roll: Ankle roll.
     """
 
     __slots__ = ("ankle_pitch", "ankle_roll", "hip_pitch", "hip_roll", "hip_yaw", "knee_pitch")
@@ -53,6 +58,8 @@ class LegSolution:
     """Joint angles for two soles, and how far they miss them.
 
     Attributes:
+        left: Angles of the left leg.
+        right: Angles of the right leg.
         left_yaw_error: Wanted minus reached rotation of the left sole about its normal [rad].
         right_yaw_error: The same for the right sole [rad].
         reach_error: Distance by which the farther sole is beyond its leg's reach [m]; 0 in reach.
@@ -82,7 +89,12 @@ class LegKinematics(Protocol):
         """Joint angles for two soles.
 
         Args:
+            left: Left sole in the torso frame.
+            right: Right sole in the torso frame.
             again: Whether this is a further call of the same tick, close to the last one.
+
+        Returns:
+            The solution.
         """
 
 
@@ -91,8 +103,15 @@ class LegColumns:
 
     Args:
         robot: The robot; its `joint_names` give the order of joint arrays.
+        leg: The leg.
 
     Attributes:
+        hip_yaw: Index of the hip yaw.
+        hip_roll: Index of the hip roll.
+        hip_pitch: Index of the hip pitch.
+        knee_pitch: Index of the knee.
+        ankle_pitch: Index of the ankle pitch.
+        ankle_roll: Index of the ankle roll.
         hip_roll_sign: +1 for a hip roll about +x, -1 about -x.
         hip_pitch_sign: The same for the hip pitch and y.
         ankle_pitch_sign: The same for the ankle pitch and y.
@@ -142,6 +161,9 @@ class LegGeometry(NamedTuple):
 
 def read_leg_geometry(robot: RobotDescription) -> LegGeometry | None:
     """The geometry of legs for which closed forms hold, from the URDF.
+
+    Args:
+        robot: The robot.
 
     Returns:
         The geometry; None for legs whose joints follow in another order than yaw, roll, pitch,

@@ -11,6 +11,12 @@ from robot_core.robot import RobotDescription
 def make_legs(robot: RobotDescription) -> LegKinematics:
     """The leg kinematics of a robot: a closed form where one holds, else a numeric one.
 
+    Args:
+        robot: The robot.
+
+    Returns:
+        The kinematics.
+
     Raises:
         NaoGaitError: Its hips share a motor, but not as the NAO's.
     """

@@ -42,8 +42,10 @@ class PostureFeedback:
 
         Args:
             position: Joint targets (n,) [rad].
+            support: Supporting leg, LEFT or RIGHT.
             angular_velocity: Angular velocity of the torso, in the torso frame [rad/s]; None =
                 no new measurement: the last correction again.
+            parameters: Parameters of the gait.
             dt: Time since the last measurement [s].
         """
         p = parameters

@@ -26,7 +26,11 @@ YAW_ERROR, REACH_ERROR = 5, 6
 
 
 class SharedHipLegs:
-    """Both legs of a NAO."""
+    """Both legs of a NAO.
+
+    Args:
+        geometry: Lengths of its legs.
+    """
 
     def __init__(self, geometry: LegGeometry):
         self._thigh = geometry.thigh

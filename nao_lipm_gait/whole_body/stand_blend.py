@@ -40,7 +40,11 @@ class StandBlend:
 
         Args:
             position: Target pose (n,) [rad].
+            dt: Time since the last tick [s].
             duration: Duration of the whole blend [s].
+
+        Returns:
+            Blended joint targets (n,) [rad].
         """
         if self._begin is None:
             return position

@@ -72,6 +72,8 @@ class StepKick:
         """The targets of one tick with the kick.
 
         Args:
+            targets: Those of the walk.
+            support: Supporting leg, LEFT or RIGHT.
             time_left: [s] after this tick until the support changes.
             dt: [s] since the last tick that the walk moved on; 0 if it did not.
         """

@@ -24,6 +24,7 @@ class Load(NamedTuple):
     """The force of the ground on a sole.
 
     Attributes:
+        share: Of the weight.
         x: Of its point ahead of the sole's frame [m], along the heading of the torso.
         y: The same to the left [m].
         ahead: Horizontal force along x over the vertical one.

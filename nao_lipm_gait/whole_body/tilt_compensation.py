@@ -40,7 +40,14 @@ class TiltCompensation:
         """The targets with rotated feet.
 
         Args:
+            targets: Targets of the body.
+            support: Supporting leg, LEFT or RIGHT.
             tilt: Unwanted roll and pitch of the torso at the time of the targets [rad].
+            parameters: Parameters of the gait.
+            dt: Time since the last tick [s].
+
+        Returns:
+            The corrected targets.
         """
         p = parameters
         roll, pitch = _beyond(tilt[0], DEADBAND), _beyond(tilt[1], DEADBAND)

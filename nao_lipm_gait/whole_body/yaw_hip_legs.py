@@ -19,7 +19,11 @@ SINGULAR = 1e-9
 
 
 class YawHipLegs:
-    """Both legs of a robot with a yaw joint in each hip."""
+    """Both legs of a robot with a yaw joint in each hip.
+
+    Args:
+        geometry: Lengths of its legs.
+    """
 
     def __init__(self, geometry: LegGeometry):
         self._thigh = geometry.thigh

@@ -185,6 +185,8 @@ class Planner:
         """The plan that brings the ball into the goal soonest; places and poses are in the field.
 
         Args:
+            own: Pose of base_footprint.
+            ball: x, y [m].
             robots: x, y [m] of other robots.
             before: The last plan, which is kept unless another one is clearly better.
             valid: The own pose may be trusted. If not, the ball is dribbled, not kicked, and the

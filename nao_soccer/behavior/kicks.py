@@ -90,7 +90,12 @@ def kicks_of(robot: str) -> KickTable:
 
 @cache
 def load_kicks(name_or_path: str | Path) -> KickTable:
-    """Read a table of kicks."""
+    """Read a table of kicks.
+
+    Raises:
+        NaoGaitError: The file cannot be read, a field is missing or not allowed, or a kick is
+            there twice.
+    """
     path = find("kicks", name_or_path)
     where = f"kick table {path}: "
     table = _KickFile.from_mapping(schema.read_yaml(path, "kick table"), where)

@@ -34,6 +34,7 @@ class Decision(NamedTuple):
 
     Attributes:
         world: The world it was decided in.
+        path: The activation path.
         plan: What to do with the ball; None while none is known.
     """
 
@@ -92,6 +93,8 @@ class Mind:
         """Decide.
 
         Args:
+            world: The world model.
+            body: What the gait reports.
             game: The state of the game; None = a game without a referee.
             role: The own role.
             striker: The team mate who is the striker, if it is another one.

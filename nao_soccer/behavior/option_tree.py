@@ -143,6 +143,8 @@ class Activation(NamedTuple):
     """One option on the activation path.
 
     Attributes:
+        option: Its name.
+        state: Its active state.
         seconds: [s] in that state.
         left: The state from which a transition led there; empty in the initial state.
         why: Label of that transition.

@@ -76,6 +76,9 @@ def walk_to(
     """The velocity that leads to a pose; at the target it is nearly 0.
 
     Args:
+        target: x, y [m], yaw [rad] in base_footprint.
+        limits: Largest speeds.
+        obstacles: What to walk around.
         facing: [m] up to which the robot has the target's heading, and from which on it faces its
             way; in between it turns from one to the other.
     """

@@ -64,7 +64,11 @@ class ScenePlayer(Settings):
 
 
 def players_of_scene(name_or_path: str | Path) -> dict[str, tuple[str, int]]:
-    """Team and number of each robot of a scene, by name."""
+    """Team and number of each robot of a scene, by name.
+
+    Raises:
+        NaoGaitError: The file cannot be used, or the scene has no robots with teams.
+    """
     path = find("scenes", name_or_path)
     scene = schema.read_yaml(path, "scene")
     where = f"scene {path}: robots"

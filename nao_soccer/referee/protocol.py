@@ -157,10 +157,13 @@ class TeamInfo:
     """A team as the referee sees it.
 
     Attributes:
+        number: Number of the team.
+        score: Its goals.
         goalkeeper: Number of its goalkeeper; 0 = none.
         message_budget: Team messages that it may still send.
         field_color: Code of the field players' colour: 0 blue, 1 red.
         goalkeeper_color: Code of the goalkeeper's colour.
+        players: The players, from number 1 on, at most `MAX_PLAYERS`; all of them if it was read.
     """
 
     number: int
@@ -177,8 +180,12 @@ class ControlMessage:
     """What the referee tells the robots.
 
     Attributes:
+        teams: The teams.
+        phase: Phase of the game. Versions without `STANDBY` write it as `INITIAL`.
+        game_phase: Part of the game.
         competition: What is played. A code that is not known is read as `OTHER`.
         competition_phase: 0 = round robin, 1 = play-off; to version 18.
+        set_play: The set play.
         kicking_team: Number of the team that kicks off or has the set play; None = nobody.
         first_half: It is the first half.
         seconds_remaining: [s] of the half.
@@ -324,6 +331,8 @@ class ReturnMessage:
     """What a robot tells the GameController.
 
     Attributes:
+        player: Number of the player.
+        team: Number of its team.
         fallen: It lies on the ground.
         pose: x, y [m], yaw [rad] in its frame of the field.
         ball_age: [s] since it saw the ball; None = never.
@@ -371,7 +380,11 @@ def decode_return(data: bytes) -> ReturnMessage:
 
 
 def seen_by(message: ControlMessage, team: int, player: int) -> GameState:
-    """The game as one player sees it."""
+    """The game as one player sees it.
+
+    Raises:
+        NaoGaitError: The message is for other teams, or no player can have this number.
+    """
     numbers = tuple(each.number for each in message.teams)
     if team not in numbers:
         raise NaoGaitError("control message teams", numbers, f"a game of team {team}")

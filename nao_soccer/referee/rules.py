@@ -79,6 +79,7 @@ class RobotPlace(NamedTuple):
     """Where a robot is.
 
     Attributes:
+        position: x, y [m].
         upright: It stands or walks.
     """
 
@@ -87,13 +88,22 @@ class RobotPlace(NamedTuple):
 
 
 class PutBall(NamedTuple):
-    """The ball is to be put somewhere."""
+    """The ball is to be put somewhere.
+
+    Attributes:
+        position: x, y [m].
+    """
 
     position: Point2
 
 
 class PutRobot(NamedTuple):
-    """A robot is to be put somewhere; `Referee.not_put_back` if that cannot be done now."""
+    """A robot is to be put somewhere; `Referee.not_put_back` if that cannot be done now.
+
+    Attributes:
+        name: The robot.
+        pose: x, y [m], yaw [rad].
+    """
 
     name: str
     pose: Pose2
@@ -106,6 +116,7 @@ class Goal(NamedTuple):
     """A goal.
 
     Attributes:
+        time: [s] of the match.
         team: Team that scored.
         player: Name of the robot that touched the ball last; empty if unknown.
         own: A robot of the other team did it.
@@ -141,6 +152,8 @@ class Referee:
     """One match.
 
     Args:
+        field: The field.
+        goals: The goals.
         players: Team and number of each robot, by name.
         rules: Times of the match.
         ball_radius: [m]
@@ -149,6 +162,8 @@ class Referee:
         kick_off: Team that kicks off first.
 
     Attributes:
+        goals_scored: The goals so far.
+        falls: Number of falls of each robot.
         messages: Team messages that were heard, by team; they reduce the announced budget.
     """
 

@@ -46,6 +46,11 @@ def intrinsics(message: CameraInfo, topic: str, *, rectified: bool = False) -> I
 
     Args:
         message: `camera_info`; its D describes the image before it was rectified.
+        topic: Its name, for errors.
+        rectified: Whether the image is rectified.
+
+    Raises:
+        NaoGaitError: The image is distorted, or rectified and P is not set.
     """
     p, k = message.p.tolist(), message.k.tolist()
     if rectified and not p[0]:

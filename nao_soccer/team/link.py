@@ -70,6 +70,9 @@ class TeamLink:
     """What one player tells and hears.
 
     Args:
+        team: Number of the team.
+        player: Number of the player.
+        field: The field.
         players: Number of players that share the budget.
     """
 
@@ -168,6 +171,7 @@ class TeamLink:
         """The bytes to send now; None = not now.
 
         Args:
+            time: [s]
             make: Makes the message from its count.
             urgent: The role has changed.
             budget: Messages that the team may still send; None = no limit.

@@ -52,12 +52,15 @@ class TeamMessage:
     """What a player tells.
 
     Attributes:
+        team: Number of its team.
+        player: Its number.
         count: Number of the message, modulo 65536.
         time: [ms] of the sender's clock, modulo 2^32.
         pose: x, y [m], yaw [rad] in the field.
         valid: It trusts this pose.
         fallen: It lies or gets up.
         penalized: The referee makes it stand still.
+        role: The role that it plays.
         seconds_to_ball: Estimated time [s] until it plays the ball; at most `NEVER`.
         ball: The ball that it has seen itself; None if it has not.
     """

@@ -68,6 +68,7 @@ class RoleChoice:
         """The role.
 
         Args:
+            time: [s]
             seconds: [s] to the ball, as this player is about to tell.
             mates: What the team mates who can be heard have told.
             ball: x, y [m] in the field, as this player sees it.

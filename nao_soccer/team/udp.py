@@ -22,6 +22,9 @@ class UdpLink:
     """A socket that listens on a port and broadcasts to one; it never blocks.
 
     `address` is that of a broadcast, or 0.0.0.0 for every network. `target_port` None = `port`.
+
+    Raises:
+        NaoGaitError: The port cannot be opened.
     """
 
     def __init__(

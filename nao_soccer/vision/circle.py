@@ -72,7 +72,10 @@ def find_circle(
     """The centre circle, or None.
 
     Args:
+        frame: The image.
         mask: (height, width) white pixels of the field.
+        points: On lines.
+        radius: [m]; 0 without a circle.
         random: Draws the triples of points.
     """
     geometry = frame.geometry

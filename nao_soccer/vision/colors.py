@@ -96,7 +96,11 @@ CLASSES: Final = {
 
 
 def load_color_table(name_or_path: str | Path) -> ColorTable:
-    """Load a table: a shipped name or the path of a YAML file."""
+    """Load a table: a shipped name or the path of a YAML file.
+
+    Raises:
+        NaoGaitError: Names the file, the class, its value and what is allowed.
+    """
     path = find("vision", name_or_path)
     return ColorTable.from_mapping(schema.read_yaml(path, "colour table"), f"colour table {path}: ")
 
@@ -111,6 +115,7 @@ class ColorClassifier:
     """Gives each pixel its class.
 
     Args:
+        table: The colour classes.
         yellow: Something on the field is yellow. Without, an over-exposed yellow pixel is orange.
 
     Attributes:

@@ -37,8 +37,11 @@ class ImageInput:
 
     Attributes:
         stamp: Time of the exposure [ns].
+        width: Columns.
+        height: Rows.
         encoding: As in `ENCODINGS`.
         step: Bytes of a row.
+        data: The pixels.
     """
 
     stamp: int
@@ -89,7 +92,11 @@ class VisionController:
     # -- body --------------------------------------------------------------------------------------
 
     def add_joints(self, stamp: int, names: list[str], position: FloatArray) -> None:
-        """Joint angles by name at a time [ns]."""
+        """Joint angles by name at a time [ns].
+
+        Raises:
+            NaoGaitError: A joint of the robot is missing or its angle is not finite.
+        """
         by_name = dict(zip(names, position, strict=False))
         missing = [name for name in self._robot.joint_names if name not in by_name]
         if missing:
@@ -100,7 +107,11 @@ class VisionController:
         self._history.add_joints(stamp, angles)
 
     def add_torso(self, stamp: int, position: FloatArray, rotation: FloatArray) -> None:
-        """Torso in base_footprint at a time [ns]: (3,) [m] and (3, 3)."""
+        """Torso in base_footprint at a time [ns]: (3,) [m] and (3, 3).
+
+        Raises:
+            NaoGaitError: A value is not finite.
+        """
         if not (np.isfinite(position).all() and np.isfinite(rotation).all()):
             raise NaoGaitError("gait/torso_pose", position.tolist(), "finite numbers")
         self._history.add_torso(stamp, position, rotation)
@@ -108,7 +119,11 @@ class VisionController:
     # -- cameras -----------------------------------------------------------------------------------
 
     def set_camera(self, camera: str, intrinsics: Intrinsics) -> None:
-        """Facts of a camera, from `camera_info`; an image that waits is dropped if they change."""
+        """Facts of a camera, from `camera_info`; an image that waits is dropped if they change.
+
+        Raises:
+            NaoGaitError: A value is not usable.
+        """
         known = self._models.get(camera)
         if known is not None and known.intrinsics == intrinsics:
             return
@@ -132,7 +147,11 @@ class VisionController:
         self._visions[camera] = Vision(self._table, self._settings, self._calibration)
 
     def add_image(self, camera: str, image: ImageInput) -> None:
-        """An image, which waits until the body at its time is known."""
+        """An image, which waits until the body at its time is known.
+
+        Raises:
+            NaoGaitError: The image is not usable, or replaces one that still waits.
+        """
         pixels_of(f"{camera}/{self._images}", image)
         model = self._models.get(camera)
         if model is None:

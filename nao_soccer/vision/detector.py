@@ -31,6 +31,8 @@ class Vision:
     """The detectors of one camera.
 
     Args:
+        table: The colour classes.
+        settings: What is looked for.
         calibration: Lasting tilt of the robot's cameras; None = it is not learned.
 
     Attributes:

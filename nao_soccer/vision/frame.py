@@ -33,6 +33,7 @@ class Frame:
         classes: (height, width) colour class of each pixel.
         whiteness: (height, width) the smaller of red and blue: about equal for all grounds but
             white, whatever part of a pixel a line covers.
+        geometry: Camera at the time of the image.
         horizon: (width,) rows of the horizon.
         boundary: (m, 2) columns and rows of the upper edge of the field; m is 0 without a field.
         boundary_row: (width,) the same for each column; the height of the image without a field.

@@ -34,7 +34,14 @@ ROBOTS = tuple(ROBOT_OF.values())
 
 
 class Box(NamedTuple):
-    """Where an object is in the image, a rectangle [px]."""
+    """Where an object is in the image, a rectangle [px].
+
+    Attributes:
+        left: First column.
+        top: First row.
+        right: Last column.
+        bottom: Last row.
+    """
 
     left: float
     top: float
@@ -46,6 +53,7 @@ class Percept(NamedTuple):
     """An object at a place on the ground.
 
     Attributes:
+        kind: What it is.
         position: Place [m] in base_footprint: the foot of a post, the centre of a ball or circle.
         covariance: Covariance of the place [m^2].
         yaw: Orientation [rad] in base_footprint. L: direction of the bisector of its two arms;
@@ -88,8 +96,11 @@ class Percepts:
 
     Attributes:
         stamp: Time of the image [ns].
+        ball: The ball, or None.
+        objects: All other objects.
         line_points: (n, 2) points [m] on the middle of field lines, in base_footprint.
         line_covariances: (n, 3) their covariances [m^2], as in `Covariance2`.
+        segments: Straight pieces through these points.
         boundary: (m, 2) columns and rows [px] of the upper edge of the field, from left to right.
         visible: (k, 2) corners [m] of the part of the ground that the image shows, in
             base_footprint; empty if it is not known.

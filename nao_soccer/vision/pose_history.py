@@ -34,6 +34,7 @@ class PoseHistory:
 
     Args:
         name: What is stored, for error messages.
+        length: Number of entries that are kept.
         gap: [ns]
     """
 
@@ -59,7 +60,11 @@ class PoseHistory:
         return self._stamps[-1] if self._stamps else None
 
     def at(self, stamp: int) -> FloatArray:
-        """The value (n,) at a time [ns]."""
+        """The value (n,) at a time [ns].
+
+        Raises:
+            NaoGaitError: There is no entry around that time.
+        """
         index = bisect_left(self._stamps, stamp)
         if index < len(self._stamps) and self._stamps[index] == stamp:
             return self._values[index]

@@ -46,7 +46,12 @@ RANGE_MAX = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Upright:
-    """What a post or pole looks like."""
+    """What a post or pole looks like.
+
+    Attributes:
+        diameter: [m].
+        height: [m].
+    """
 
     kind: Kind
     colors: tuple[int, ...]

@@ -26,7 +26,11 @@ class VisionSettings(Settings):
 
 
 def settings_of_scene(name_or_path: str | Path) -> VisionSettings:
-    """What a scene says about the field; its robots are not read."""
+    """What a scene says about the field; its robots are not read.
+
+    Raises:
+        NaoGaitError: The file cannot be used, or the scene has no field.
+    """
     path = find("scenes", name_or_path)
     scene = schema.read_yaml(path, "scene")
     where = f"scene {path}"

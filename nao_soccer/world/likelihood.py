@@ -39,6 +39,7 @@ class Landmark:
 
     Attributes:
         position: (2,) [m] in base_footprint.
+        covariance: [m^2]
         yaw: [rad] in base_footprint.
         place: Which one on the map; None if it may be any of its kind.
     """

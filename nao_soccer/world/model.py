@@ -52,7 +52,11 @@ VARIANCE_MIN, VARIANCE_MAX = 1e-8, 1e4
 
 
 class WorldModel:
-    """Percepts, odometry and team messages in; `WorldState` out."""
+    """Percepts, odometry and team messages in; `WorldState` out.
+
+    Attributes:
+        localization: The particles.
+    """
 
     def __init__(self, settings: WorldSettings) -> None:
         self._field = FieldMap(settings.field, settings.goals, settings.poles)

@@ -92,7 +92,11 @@ class OdometryHistory:
         self._history.add(stamp, self._last)
 
     def motion(self, since: int, until: int) -> Displacement:
-        """How the robot moved from one time [ns] to another."""
+        """How the robot moved from one time [ns] to another.
+
+        Raises:
+            NaoGaitError: The history does not hold one of the times.
+        """
         a, b = self._history.at(since).tolist(), self._history.at(until).tolist()
         offset = relative((b[0], b[1], b[2]), (a[0], a[1], a[2]))
         way = abs(b[3] - a[3])

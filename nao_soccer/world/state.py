@@ -128,6 +128,7 @@ class TeamMate:
         number: Of the player.
         stamp: Time [ns] of what it told, on this robot's clock.
         pose: Its pose in `field`.
+        valid: Its pose estimate is valid.
         fallen: It lies on the ground or gets up.
         ball: The ball that it has seen itself; None if it has not.
     """
@@ -146,7 +147,9 @@ class WorldState:
 
     Attributes:
         stamp: Time [ns].
+        own: The own pose.
         ball: The ball; None if nothing is known of it.
+        obstacles: Other robots, the nearest first.
         mates: Team mates who spoke recently, by their numbers.
         upright: This robot stands or walks: it has not fallen and does not get up.
         ball_from_self: The ball as this robot has seen it, for team messages; None if it has not.

@@ -51,6 +51,7 @@ class Keyframe:
         position: (n,) [rad]; NaN for joints that the motion does not move. None is the gait's stand
             pose.
         time: [s] Since the last keyframe, or since the start.
+        interpolation: How the joints get there.
         stiffness: (n,) Share of the motors' torque.
         support: Leg that stands alone and is stabilised with the gyro: +1 left, -1 right, 0 none.
     """
@@ -92,6 +93,11 @@ class Motion:
     """A motion; `check.check_motion` checks it before it may run.
 
     Attributes:
+        name: Its name.
+        meaning: What it does.
+        starts: Posture in which it may start.
+        ends: Posture in which it ends.
+        keyframes: Keyframes, at least one.
         balance: Gyro stabilisation of keyframes with a support leg.
         kick: None for motions that are no kick.
         legs_press: The targets lead the legs into each other, where they press.

@@ -26,6 +26,8 @@ class Intrinsics:
     """A pinhole camera without distortion.
 
     Attributes:
+        width: Number of columns.
+        height: Number of rows.
         fx: Focal length [px] along u.
         fy: Focal length [px] along v.
         cx: Column of the principal point [px].
@@ -44,6 +46,8 @@ class Intrinsics:
         """The camera with square pixels and its principal point in the middle of the image.
 
         Args:
+            width: Number of columns.
+            height: Number of rows.
             hfov: Horizontal angle of view [rad], between the outer edges of the image.
         """
         focal = 0.5 * width / math.tan(0.5 * hfov)
@@ -108,6 +112,7 @@ class CameraView:
     """A camera at one instant: what it images, and from where.
 
     Attributes:
+        intrinsics: The pinhole.
         pose: Pose of the optical frame in the reference frame.
     """
 
@@ -141,14 +146,21 @@ class CameraModel:
     """One camera of a robot.
 
     Attributes:
+        name: Name of the camera.
         frame: Link of the optical frame.
+        intrinsics: The pinhole.
     """
 
     def __init__(self, robot: RobotDescription, name: str, intrinsics: Intrinsics) -> None:
         """Find the camera in the URDF.
 
         Args:
+            robot: The robot.
             name: One of `robot.cameras`.
+            intrinsics: The pinhole, as in `CameraInfo`.
+
+        Raises:
+            NaoGaitError: The robot has no such camera.
         """
         if name not in robot.cameras:
             allowed = ", ".join(robot.cameras) or f"none: {robot.urdf_path} has no camera"

@@ -141,7 +141,12 @@ def completed(
     """The keys of a robot file with those that it leaves out.
 
     Args:
+        values: The keys that the file has.
         element: The URDF; sole links are added to it where it has none.
+        path: Its file, for error messages.
+
+    Returns:
+        All keys that a robot file must have.
 
     Raises:
         NaoGaitError: The URDF does not tell one of them.
@@ -500,7 +505,13 @@ def _levelled(
 
 
 def relative_size(values: Mapping[str, Any], element: ET.Element, path: Path) -> float:
-    """The height of a robot's CoM over straight legs relative to the NAO's."""
+    """The height of a robot's CoM over straight legs relative to the NAO's.
+
+    Args:
+        values: The keys of its robot file, none left out.
+        element: Its URDF.
+        path: Its file, for error messages.
+    """
     import pinocchio as pin
 
     tree = RobotTree(element, values["joints"], path)

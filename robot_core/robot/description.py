@@ -109,10 +109,14 @@ class RobotDescription:
     """One robot. Joint arrays are (n,) in the order of `joint_names` and read-only.
 
     Attributes:
+        name: Its name.
         urdf_path: File of the URDF.
         urdf: Text of the URDF.
         remarks: What was mended in it; nodes log it.
         from_urdf: Keys of the robot file that come from the URDF, because it leaves them out.
+        joint_names: The joints.
+        left_leg: Joints of the left leg.
+        right_leg: Joints of the right leg.
         coupled_joints: (leader, follower) pairs that one motor turns to the same angle.
         head: Pan and tilt joint; None without them.
         shoulder_pitch: Left and right joint that swings the arm about y; None without them.
@@ -123,7 +127,10 @@ class RobotDescription:
         gyro_axes: 3 for a robot with a yaw gyro; None = as in the plant.
         encoder_bits: Counts of an encoder per turn = 2^bits; None = as in the plant.
         command_lag: [s] From a joint command to its effect: lag and interpolation of the motors.
+        base_frame: Link of the base.
+        torso_frame: Link of the torso.
         upper_body_frame: Link that carries the team's colour: what the waist turns, else the torso.
+        imu_frame: Link of the IMU.
         sole_frames: Left and right link below the ankle axes, in the ground plane of a flat foot.
         stand_pose: (n,) [rad], inside the limits.
         sole_outline: [m] Convex hull of the left sole in its frame, counter-clockwise; the right
@@ -132,6 +139,7 @@ class RobotDescription:
             inner.
         ankle_limits: `left`, `right` -> rows (AnklePitch, lowest AnkleRoll, highest AnkleRoll)
             [rad] of increasing pitch.
+        motors: Motor by joint.
         motions: Folder of its shipped motions in config/motions.
         force_sensors: [m] Left and right sole, each in its frame: front left, front right, rear
             left, rear right sensor. None = not known.

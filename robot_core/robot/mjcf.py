@@ -142,6 +142,7 @@ def _check_parts(path: Path, folder: Path, seen: set[Path]) -> None:
     """Limit a file and those that it includes before MuJoCo reads them.
 
     Args:
+        path: The file.
         folder: That of the first one, where included files are.
         seen: The files so far; this one is added.
     """

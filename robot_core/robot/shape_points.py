@@ -19,6 +19,7 @@ def lowest_points(element: ET.Element, placement: Mapping[str, Any]) -> FloatArr
     """(n, 3) [m] points that touch the ground.
 
     Args:
+        element: The URDF.
         placement: Pose (an SE3) of each link whose shapes count; in that frame z is up.
     """
     points = [

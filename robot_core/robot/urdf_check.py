@@ -30,7 +30,11 @@ def checked_urdf(
     """Refuse a URDF that an engine would misread, and balance inertias that no body can have.
 
     Args:
+        text: The URDF, which is well-formed XML of a <robot>.
+        path: Its file, for error messages.
         joints: Joints that are driven; all others count as fixed.
+        torso: Link of the torso.
+        soles: Links of the left and the right sole.
 
     Returns:
         The URDF, and one remark for each inertia that was changed.

@@ -14,6 +14,7 @@ def executable(
 
     Args:
         name: Name of the executable, for its messages.
+        description: For `--help`.
         nodes: `module:class` of each node.
         loop: `module:function` that serves them until a stop is requested.
     """

@@ -25,6 +25,7 @@ class LockstepPartner:
     """Lets time run while a node keeps up; without a simulator in lockstep it does nothing.
 
     Args:
+        node: The node.
         name: The name under which the simulator may wait for the node from its start; None = one
             of this process.
     """

@@ -34,7 +34,11 @@ def with_prefix(prefix: str, message: Any) -> Any:
 
 
 def stamp_in(header: Header, topic: str) -> int:
-    """The stamp [ns] of a header."""
+    """The stamp [ns] of a header.
+
+    Raises:
+        NaoGaitError: It is no time; the error names the topic.
+    """
     return stamp_of(header.stamp.sec, header.stamp.nanosec, f"{topic} header.stamp")
 
 
@@ -74,7 +78,12 @@ def diagnostic_array(
 
     Args:
         node: Name of the node; it precedes the name of each report.
+        hardware: The robot's name.
         stamp: Stamp of the last tick [ns]; None before the first.
+        reports: One for each status.
+
+    Returns:
+        The message for `diagnostics`.
     """
     array = DiagnosticArray()
     if stamp is not None:

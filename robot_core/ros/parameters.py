@@ -39,8 +39,16 @@ def node_parameter(
     """A parameter of a node beside the gait's own; its type is that of `default`.
 
     Args:
+        name: Name of the ROS parameter.
+        default: Value if none is given; an empty text is accepted only if it is the default.
         meaning: One sentence for the descriptor.
+        unit: Unit of a number.
+        minimum: Smallest value of a number.
+        maximum: Largest value of a number.
         choices: The words that a text can be; empty = any.
+
+    Returns:
+        The field.
     """
     kind: Kind
     if isinstance(default, bool):
@@ -68,6 +76,7 @@ def declare(
 
     Args:
         node: Made with automatically_declare_parameters_from_overrides.
+        field: The parameter.
         default: Replaces the default of the field.
         read_only: The parameter cannot be set later.
 

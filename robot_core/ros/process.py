@@ -147,6 +147,9 @@ class DomainClaim(AbstractContextManager["DomainClaim"]):
     The claim is a name in Linux's abstract socket namespace. The kernel frees it with the process,
     however that ends. A domain in which a participant listens on this machine is not taken: it was
     set by hand, or is that of a node which has outlived its run.
+
+    Attributes:
+        domain: The ID.
     """
 
     _last: int | None = None
@@ -199,6 +202,8 @@ def run(
     """Build a node or several, run their loop until a stop is requested, clean up.
 
     Args:
+        name: Name of the executable, for its messages.
+        description: Description for `--help`.
         builds: Each makes a node. Several share the executor of `events_executor`.
         loop: Serves the nodes until the stop; it is given the first one.
         args: Command line; None = that of the process.

@@ -56,6 +56,7 @@ class SimulatedCamera:
     """One camera of one robot.
 
     Attributes:
+        name: Name of the camera.
         model: Pinhole and pose in the torso.
         enabled: Images are rendered; without, an exposure is left out and costs nothing.
         develop: Makes an image: rendered, then disturbed as by this camera. Another process may.
@@ -75,7 +76,12 @@ class SimulatedCamera:
         """Draw the camera of one individual.
 
         Args:
+            robot: The robot.
+            name: One of its cameras.
+            plant: Errors and delay.
+            settings: Rate and size of the images.
             seed: Number of the individual; -1 = nominal.
+            noise_seed: Of the noise.
             phase: Share of a period by which it exposes before a multiple of the period.
         """
         intrinsics = Intrinsics.from_fov(settings.width, settings.height, robot.cameras[name].hfov)
@@ -160,7 +166,14 @@ def make_cameras(
     """All cameras of a robot; they expose one after the other, not at the same time.
 
     Args:
+        robot: The robot.
+        plant: Errors and delay.
+        settings: Rate and size of the images.
         seed: Number of the individual; -1 = nominal.
+        noise_seed: Of the noise.
+
+    Raises:
+        NaoGaitError: The robot has no camera.
     """
     if not robot.cameras:
         allowed = f"false: {robot.urdf_path} has no optical frame of a camera"

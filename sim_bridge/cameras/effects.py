@@ -28,7 +28,11 @@ class ImageEffects:
         """Draw the camera of one individual.
 
         Args:
+            plant: How cameras differ, and their noise.
+            camera: Name of the camera.
             seed: Number of the individual; -1 = nominal.
+            noise_seed: Of the noise.
+            intrinsics: Size and principal point of the image.
         """
         self._noise = plant.noise
         self._seed = [noise_seed, crc32(camera.encode())]
@@ -53,6 +57,7 @@ class ImageEffects:
         """The image (h, w, 3) that the camera gives of a rendered one.
 
         Args:
+            image: As rendered.
             stamp: [ns] middle of the exposure. The noise depends on it alone, not on the images
                 before.
             motion: u, v [px] by which the middle of the image moves during the exposure.

@@ -46,8 +46,14 @@ def make_robot_model(
     """One individual of this kind of robot in this plant.
 
     Args:
+        description: Facts of all robots of this kind.
+        plant: Kind of robot and floor.
         seed: Number of the individual; -1 = nominal.
+        name: Unique in its world; empty for a robot that is alone.
         color: Red, green, blue of its torso in pictures; None = those of the URDF.
+
+    Raises:
+        NaoGaitError: The seed is not allowed, or the soles do not fit the floor.
     """
     plant = with_sensors_of(plant, description)
     individual = draw_individual(plant, description, seed)
@@ -82,6 +88,7 @@ class Backend(Protocol):
         """Set the faults of a robot from now on; a reset does not repair them.
 
         Args:
+            robot: Index of the robot.
             torque_share: (n,) share of each motor's torque that is left, 0 to 1.
             friction: Coefficient of both soles on the floor; None = the individual's own.
         """

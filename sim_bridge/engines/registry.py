@@ -54,7 +54,10 @@ def make_backend(
     """The backend of an engine.
 
     Args:
+        engine: One of `ENGINES`.
         robots: The individuals; all have the same physics and floor.
+        surroundings: What is around the robots.
+        gui: Open the engine's own window.
         visual: With what can be seen; always so with `gui`.
 
     Raises:

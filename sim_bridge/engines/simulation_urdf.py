@@ -20,6 +20,8 @@ def simulation_urdf(
     so that no engine has to rotate them.
 
     Args:
+        body: The body.
+        visual: With visual shapes.
         shoes: left, right: shapes in the foot links that only a ball meets; they become the
             massless links `<sole>_shoe`. Empty = none.
     """

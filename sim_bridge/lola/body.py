@@ -29,6 +29,7 @@ class LolaBody:
     """One robot behind LoLA.
 
     Args:
+        robot: The simulated robot.
         period: Time [s] of a cycle.
 
     Attributes:

@@ -25,6 +25,9 @@ class LolaSocket:
 
         Args:
             path: A file that is no socket, or at which another server listens, is refused.
+
+        Raises:
+            NaoGaitError: The path cannot be used.
         """
         self._path = path
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -66,7 +69,11 @@ class LolaSocket:
         return True
 
     def wait(self, seconds: float) -> list[LolaCommand]:
-        """Wait for bytes or a new client, and return the commands that are complete."""
+        """Wait for bytes or a new client, and return the commands that are complete.
+
+        Args:
+            seconds: Longest time to wait.
+        """
         sockets = [self._listener if self._client is None else self._client]
         readable, _, _ = select.select(sockets, [], [], max(0.0, seconds))
         if not readable:

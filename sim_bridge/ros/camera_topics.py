@@ -23,6 +23,8 @@ class CameraTopics:
         """Make the publishers.
 
         Args:
+            node: The bridge.
+            camera: The camera.
             below: Prefix of the topics: empty, or the robot's name and a slash.
         """
         self._camera = camera

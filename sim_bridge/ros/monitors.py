@@ -35,6 +35,7 @@ class SpeedMonitor:
         """A line for the log if the speed has changed.
 
         Args:
+            now: Wall time [ns].
             lost: [ns] of wall time given up so far, as of `Pacer`.
         """
         elapsed = now - self._window_start

@@ -37,6 +37,8 @@ class RobotInterface:
         """Make the publishers and subscriptions.
 
         Args:
+            node: The bridge.
+            robot: The robot.
             lockstep: Each reading waits for its answer.
             push_duration: [s] for which a push acts.
         """
@@ -76,7 +78,11 @@ class RobotInterface:
         self._inputs.subscribe(WrenchStamped, f"{below}push", self._on_push)
 
     def publish(self, now: int) -> None:
-        """Publish a new reading, if there is one, and the truth."""
+        """Publish a new reading, if there is one, and the truth.
+
+        Args:
+            now: [ns] simulated time.
+        """
         reading = self.robot.read()
         if reading is not None and reading is not self._sent and now >= self._silent_until:
             self._sent = reading

@@ -47,6 +47,7 @@ class Pacer:
         Args:
             period: Simulated time of one step [ns].
             factor: Simulated seconds per wall second; 0 = as fast as possible.
+            clock: Monotonic time [ns].
         """
         self._wall_period = period / factor if factor else 0.0
         self._clock = clock
@@ -115,7 +116,11 @@ def serve_until_due(
     A step is due when the pacer says so and, in lockstep, the last reading has been answered.
 
     Args:
+        node: The bridge.
+        executor: Serves its callbacks.
         stop: Becomes true when a stop is requested.
+        pacer: Holds the steps to the wall clock.
+        clock: Monotonic time [s].
 
     Returns:
         False if a stop was requested.

@@ -78,7 +78,11 @@ class Calibrating(Policy):
 
 
 def find_zeros(spec: TrialSpec) -> tuple[list[Zero], Calibration]:
-    """What `nao_gait calibrate --zeros` finds on a robot that was not calibrated."""
+    """What `nao_gait calibrate --zeros` finds on a robot that was not calibrated.
+
+    Raises:
+        CalibrationError: The calibration failed.
+    """
     gait = make_gait(replace(spec, calibration=NOT_CALIBRATED))
     with make_world(spec) as world:
         policy = Calibrating(gait, world.robot)
@@ -111,7 +115,12 @@ def _calibrate(spec: TrialSpec) -> Calibration | None:
 
 
 class SoleTilt(NamedTuple):
-    """Tilt of the left sole relative to the right one when the joint angles say parallel."""
+    """Tilt of the left sole relative to the right one when the joint angles say parallel.
+
+    Attributes:
+        pitch: [rad]
+        roll: [rad]
+    """
 
     pitch: float
     roll: float
@@ -133,6 +142,8 @@ class Levelled(NamedTuple):
 
     Attributes:
         left: Tilt that is left: the true one minus the applied one.
+        softness: Learned softness of the ground.
+        fallen: The robot has fallen.
     """
 
     left: SoleTilt

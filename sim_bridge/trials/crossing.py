@@ -28,7 +28,10 @@ class CrossingRobot:
     """A robot with its soles, its gait and its speed.
 
     Attributes:
+        name: Name shown in tables.
         urdf: Name or file of the robot.
+        preset: Preset of its gait.
+        sole: Kind of its soles.
         speed: Commanded speed [m/s].
         steps: [s] of walking after which it pauses.
         pause: [s] of standing.
@@ -66,6 +69,7 @@ class CrossingSpec(TrialSpec):
 
     Attributes:
         robot: Who crosses; its `urdf` counts, not that of the trial.
+        closed_loop: Whether the parameters have feedback.
     """
 
     robot: CrossingRobot
@@ -77,6 +81,7 @@ class CrossingResult:
     """Result of an attempt.
 
     Attributes:
+        spec: The specification.
         end: `crossed`, `fell`, `left` the field sideways, or `late`.
         seconds: [s] from the torso over the field's beginning to the torso over its end; None
             unless crossed.
@@ -109,7 +114,11 @@ class _Steering(Policy):
 
 
 def cross(spec: CrossingSpec, watch: Callable[[Tick], None] | None = None) -> CrossingResult:
-    """Run one attempt; `watch` is called with every tick of it."""
+    """Run one attempt; `watch` is called with every tick of it.
+
+    Raises:
+        NaoGaitError: The terrain is too short to be crossed.
+    """
     trial, plant = replace(spec, urdf=spec.robot.urdf), plant_of(spec)
     field = plant.terrain
     if field.length <= BEYOND:

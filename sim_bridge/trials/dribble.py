@@ -55,6 +55,7 @@ class DribbleResult:
     """Result of an attempt.
 
     Attributes:
+        spec: The specification.
         spot: x, y [m] of the ball in base_footprint when it was touched.
         direction: [rad] of its way, counter-clockwise from the robot's heading at the touch.
         distance: [m] from where it lay to where it came to rest.

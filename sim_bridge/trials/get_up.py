@@ -48,6 +48,7 @@ class GetUpResult:
     """Result of an attempt.
 
     Attributes:
+        spec: The specification.
         tries: Get-ups that the gait began until the robot stood. A roll over at the beginning is
             none.
         time: [s] from lying at rest to the gait's stand; None if it never stood.

@@ -28,7 +28,11 @@ ROLL_LIMIT = 8.0
 
 @dataclass(frozen=True, slots=True)
 class KickSpec(TrialSpec):
-    """Everything that an attempt depends on; the noise seed also draws where the ball is put."""
+    """Everything that an attempt depends on; the noise seed also draws where the ball is put.
+
+    Attributes:
+        motion: Name of the kick.
+    """
 
     motion: str
 
@@ -38,6 +42,7 @@ class KickResult:
     """Result of an attempt.
 
     Attributes:
+        spec: The specification.
         distance: [m] from where the ball was put to where it came to rest.
         direction: [rad] of its way, counter-clockwise from the robot's heading before the kick.
         speed: [m/s] largest of the ball.
@@ -54,7 +59,11 @@ class KickResult:
 
 
 def kick_directions(urdf: str) -> dict[str, float]:
-    """Where each kick of a robot is meant to send the ball, by name [rad]."""
+    """Where each kick of a robot is meant to send the ball, by name [rad].
+
+    Raises:
+        NaoGaitError: The robot has no kicks.
+    """
     motions = sorted(shipped_library(loaded_robot(urdf)).motions.items())
     found = {name: motion.kick.direction for name, motion in motions if motion.kick is not None}
     if not found:
@@ -63,7 +72,11 @@ def kick_directions(urdf: str) -> dict[str, float]:
 
 
 def kick(spec: KickSpec) -> KickResult:
-    """Run one attempt."""
+    """Run one attempt.
+
+    Raises:
+        NaoGaitError: The motion is no kick.
+    """
     motion = shipped_library(loaded_robot(spec.urdf)).find(spec.motion)
     if motion.kick is None:
         raise NaoGaitError("motion", spec.motion, "a kick")

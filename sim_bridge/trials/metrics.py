@@ -34,12 +34,14 @@ class Metrics:
 
     Attributes:
         duration: [s] that was measured; shorter than the window after a fall.
+        fell: The robot fell.
         fall_time: [s] since the first tick of the trace; None without a fall.
         speed_x: [m/s] mean forward velocity in the torso's heading.
         speed_y: [m/s] mean leftward velocity in the torso's heading.
         turn_rate: [rad/s] yaw gained over time: the speed of a turn, the drift of a straight walk.
         flight_share: Share of the ticks without a loaded sole.
         slip_speed: [m/s] mean horizontal speed of the loaded sole.
+        contact_ticks: Ticks in which the legs touched each other.
         com_error_x: [m] mean |expected - true| CoM relative to the support foot, along Q's x.
         com_error_y: [m] the same along y.
         com_error_x_measured: [m] the paper's own error: mean |expected - measured| along Q's x.
@@ -161,6 +163,7 @@ def soles_overlap(trace: Trace, outline: Sequence[tuple[float, float]]) -> BoolA
     Two convex outlines are apart if all corners of one are outside an edge of the other.
 
     Args:
+        trace: The walk.
         outline: Outline of the left sole in its frame [m], convex, counter-clockwise.
 
     Returns:
@@ -244,11 +247,18 @@ def measure(
     trace is searched for a fall; nothing is measured after it.
 
     Args:
+        trace: The walk.
         start: Start of the window [s since the first tick].
         end: End of the window [s since the first tick].
         outline: Outline of the left sole in its frame [m], convex, counter-clockwise. If given,
             soles also touch where their outlines overlap; these are larger than the plates that
             collide in the engines.
+
+    Returns:
+        The metrics.
+
+    Raises:
+        NaoGaitError: The trace is empty.
     """
     if not len(trace):
         raise NaoGaitError("trace", "no ticks", "at least one tick")

@@ -56,7 +56,11 @@ class MotionWatch:
 
     Args:
         world: The robot; times count from now.
+        gait: Its gait.
         asked: The motions, at increasing times.
+
+    Raises:
+        NaoGaitError: The robot does not have one of the motions.
     """
 
     def __init__(self, world: World, gait: Gait, asked: Sequence[AskedMotion]) -> None:

@@ -9,7 +9,11 @@ from sim_bridge.trials.result_cache import ResultCache
 
 
 def workers(asked: int | None = None) -> int:
-    """Number of worker processes: the requested one, or all cores that this process may use."""
+    """Number of worker processes: the requested one, or all cores that this process may use.
+
+    Raises:
+        NaoGaitError: Fewer than one is asked for.
+    """
     if asked is not None:
         if asked < 1:
             raise NaoGaitError("jobs", asked, "a number of processes, at least 1")
@@ -33,8 +37,15 @@ def parallel_map(
 
     Args:
         function: Picklable.
+        items: Its arguments.
+        jobs: Number of processes; None for all cores.
+        label: Label of the progress bar.
+        show: Show the progress bar on a terminal.
         note: A short text about a result, for the progress bar.
         kept: File of finished results: what is in it is not run again, others are added.
+
+    Returns:
+        The results in the order of the items.
     """
     from joblib import Parallel, delayed
     from tqdm import tqdm

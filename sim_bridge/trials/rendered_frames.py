@@ -57,15 +57,22 @@ class RenderSpec:
     """What is rendered. Small and picklable.
 
     Attributes:
+        scene: The scene, or its name.
+        engine: `pybullet` or `mujoco`.
+        plant: Name or file of the plant.
+        plant_options: Replaced options of the plant.
         robot: Name of the robot that sees; empty for the first one.
         seed: Its individual; None for that of the scene.
+        noise_seed: Seed of all noise.
         pose: Its start; None for that of the scene.
         ball: Place of the ball at the start [m]; None for that of the scene.
         balls: Places to which the ball is moved one after the other, every `BALL_TIME`.
         command: Velocity of the robot, from second 1 on.
         others: Velocity of the other robots; standstill leaves them without a gait.
         head: Where the head looks; None leaves it to the gait.
+        seconds: Length of the run [s].
         cameras: Cameras that see; empty for all of the robot.
+        settings: Rate, size and delay of the images.
     """
 
     scene: str | Scene = "pitch"
@@ -129,9 +136,11 @@ class RenderedFrame(NamedTuple):
     """An image, as a robot's software gets it, and the truth.
 
     Attributes:
+        camera: Name of the camera.
         stamp: [ns] time of the exposure.
         time: [ns] now, when the image can be used.
         image: (h, w, 3) red, green, blue.
+        intrinsics: As in `camera_info`.
         samples: What the robot has measured until now, at increasing times.
         truth: At the time of the exposure.
     """

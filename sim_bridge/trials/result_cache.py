@@ -25,8 +25,12 @@ class ResultCache:
     """The file of finished runs.
 
     Args:
+        path: The file; it need not exist.
         restore: Makes the result of a run, `restore(item, **values)`. The values are the fields of
             the result but its first, which is the run itself, as JSON keeps them.
+
+    Raises:
+        NaoGaitError: The file cannot be read.
     """
 
     def __init__(self, path: str, restore: Callable[..., Any]) -> None:
@@ -55,7 +59,11 @@ class ResultCache:
             raise NaoGaitError("resume", str(self._path), allowed) from error
 
     def add(self, item: Any, result: Any) -> None:
-        """Write the result of a run, a dataclass whose first field is the run itself."""
+        """Write the result of a run, a dataclass whose first field is the run itself.
+
+        Raises:
+            NaoGaitError: The file cannot be written.
+        """
         values = {each.name: getattr(result, each.name) for each in fields(result)[1:]}
         text = json.dumps({_KEY: _key(item), **values})
         try:

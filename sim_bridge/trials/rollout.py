@@ -40,6 +40,8 @@ class RolloutSpec(TrialSpec):
 
     Attributes:
         task: The commands over time and the measured window.
+        keep_trace: Return the trace with the result.
+        push: A push on the way.
         calibrated: The robot has been calibrated by its own sensors (`calibrate`).
         walker: Makes what walks in the gait's place, for a robot, a task and a control period [s].
     """
@@ -56,6 +58,9 @@ class RolloutResult:
     """What came of a rollout.
 
     Attributes:
+        spec: The specification.
+        metrics: Of the task's window.
+        trace: If the specification keeps it.
         motions: What became of the motions of the task that were due.
         calibration_failed: The robot should have been calibrated and walked without.
     """
@@ -93,7 +98,11 @@ def task_ticks(task: Task, period: float = CONTROL_PERIOD) -> int:
 
 
 def rollout(spec: RolloutSpec) -> RolloutResult:
-    """Run one task on one robot, until its end or a fall."""
+    """Run one task on one robot, until its end or a fall.
+
+    Raises:
+        NaoGaitError: Another walk than the gait is to play motions.
+    """
     task = spec.task
     if spec.walker is not None and task.motions:
         raise NaoGaitError(

@@ -30,6 +30,7 @@ class AskedMotion:
 
     Attributes:
         time: [s] since the start.
+        name: Name of the motion.
     """
 
     time: float
@@ -43,6 +44,8 @@ class Task:
     Attributes:
         name: Name shown in tables.
         knots: Command at increasing times; linear between them, held after the last.
+        start: Start of the measured window.
+        end: End of the measured window and of the task.
         axis: `x`, `y` or `yaw`: the axis whose speed is the result; None for standing and stepping.
         motions: Requested on the way, at increasing times; the world then has a ball.
     """
@@ -146,7 +149,11 @@ SPEED_TASKS = ("forward", "back", "side", "turn")
 
 
 def find_task(text: str) -> Task:
-    """A task by name, or `name=speed` in the unit of its table: `forward=31` is 31 cm/s forward."""
+    """A task by name, or `name=speed` in the unit of its table: `forward=31` is 31 cm/s forward.
+
+    Raises:
+        NaoGaitError: There is no such task, or its speed is not above 0.
+    """
     name, equals, number = text.partition("=")
     task = TASKS.get(name)
     if task is None:
@@ -179,7 +186,11 @@ STOP_SHARE = 0.1
 
 
 class RandomCommands:
-    """Random, smooth, omnidirectional commands over time."""
+    """Random, smooth, omnidirectional commands over time.
+
+    Args:
+        seed: Seed of the random generator.
+    """
 
     def __init__(self, seed: Sequence[int]) -> None:
         self._random = np.random.default_rng(list(seed))

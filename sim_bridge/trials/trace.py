@@ -136,6 +136,8 @@ class Recorder:
         """Append a tick.
 
         Args:
+            truth: Ground truth.
+            command: What the gait was commanded.
             status: Status of the gait; None before its first frame.
         """
         left, right = truth.soles

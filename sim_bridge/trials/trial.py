@@ -67,9 +67,12 @@ class TrialSpec:
     Attributes:
         robot_seed: The individual; -1 is the nominal robot.
         noise_seed: Seed of the sensor noise, and of what else a trial draws at random.
+        parameters: Parameters of the gait.
         calibration: Known constant errors of the robot's sensors.
+        plant: Name or file of the plant.
         plant_options: Replaced options of the plant: (("motor.play", 0.035), ...).
         urdf: Name or file of the robot.
+        engine: `pybullet` or `mujoco`.
         urdf_effort: Use the effort limits of the URDF as stall torques, not the motors' own.
         gains: Joint, stiffness [N m/rad] and damping [N m s/rad] of servos, not the robot's own.
         control_period: [s] between two ticks of the gait.
@@ -109,7 +112,9 @@ def make_world(
     """The robot of a trial at rest, at time 0; the caller closes the world.
 
     Args:
+        spec: The trial.
         start_state: One of `sim_bridge.robot.START_STATES`.
+        ball: A ball on the floor; None for none.
         plant: In place of that of the specification.
     """
     robot = loaded_robot(spec.urdf)
@@ -498,9 +503,14 @@ class Trial(AbstractContextManager["Trial"]):
     Use it as a context manager.
 
     Args:
+        spec: The robot.
         action: What is commanded at first.
+        start_state: As for `make_world`.
+        ball: As for `make_world`.
 
     Attributes:
+        world: The robot.
+        gait: Its gait.
         action: What is commanded from the next period on.
         tick: The last complete control period; at first the state at rest.
         stood: It has not fallen so far.

@@ -46,6 +46,8 @@ class BumpSpec(TrialSpec):
     """One bump.
 
     Attributes:
+        into: One of `INTO`.
+        direction: One of `DIRECTIONS`.
         speed: [m/s] that is commanded.
         hold: [s] for which the command goes on after the contact; the robot stands then.
     """

@@ -32,6 +32,8 @@ class Stretch:
     """From standing to a fall, or to the end of the distance.
 
     Attributes:
+        metres: Distance [m].
+        seconds: Duration [s].
         lead: [s] from the detection to the fall; 0 if not detected before, None without a fall.
         false_alarm: A fall was detected and none happened.
     """

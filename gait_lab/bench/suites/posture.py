@@ -39,6 +39,7 @@ class Piece(NamedTuple):
     """A part of the soccer sequence.
 
     Attributes:
+        seconds: Duration [s].
         forward: Share of the commanded speed.
         side: [m/s].
         turn: [rad/s].

@@ -94,6 +94,7 @@ class Walks:
 
         Args:
             kind: `known`, `carried` or `fall`: what happens on the way.
+            changes: Of their specification.
         """
         options = self._options
         base = WorldTrialSpec(scene=options.scene, urdf=options.urdf)

@@ -28,6 +28,8 @@ class Case:
     """A robot to calibrate.
 
     Attributes:
+        spec: The robot, with its wrong zero.
+        joint: The joint; empty for none.
         degrees: [deg] How far its zero is off; 0 for none.
         task: What it walks without and with what was found; None for nothing.
     """
@@ -43,6 +45,7 @@ class Outcome:
     """What came of it.
 
     Attributes:
+        failed: The calibration failed.
         named: The joints that were named, the likeliest first.
         error: [rad] Estimated minus true zero of the joint; NaN if it was not among them.
         walks: Speed [m/s] without and with the calibration, NaN for a fall; None if none is used.

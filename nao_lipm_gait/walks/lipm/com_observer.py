@@ -37,6 +37,7 @@ class ComObserver(Protocol):
 
         Args:
             expected: The state that the pendulum predicts for the time of the measurement.
+            dt: Time since the last tick [s].
         """
 
     def correct(self, dx: float, dy: float) -> ComCorrection:

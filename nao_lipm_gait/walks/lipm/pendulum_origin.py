@@ -54,6 +54,9 @@ def plan_pendulum_origin(
         r_min: Limit of r_x towards the heel [m].
         r_max: Limit of r_x towards the toes [m].
         held_r_x: An r_x that can no longer change [m]; None to choose it.
+
+    Returns:
+        Origin and step size.
     """
     c = cosh(k * t_e)
     s = sinh(k * t_e)

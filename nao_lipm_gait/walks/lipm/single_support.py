@@ -119,6 +119,7 @@ class SagittalPlan:
 
     Attributes:
         r_x: Pendulum origin in Q [m].
+        s_x: Step size s-bar_x [m].
         excess: By how much the required step exceeds the wanted one, before limits [m].
     """
 
@@ -134,6 +135,7 @@ class SingleSupport:
     """Plans single supports with one set of parameters.
 
     Args:
+        parameters: Parameters of the gait.
         k: Natural frequency of the pendulum [1/s].
     """
 

@@ -24,7 +24,9 @@ class WalkState:
         y: CoM in Q, to the left [m].
         vx: Its velocity, forward [m/s].
         vy: Its velocity, to the left [m/s].
+        sole_in_q: Pose of the supporting sole in Q.
         q_in_odom: Pose of Q by the planned steps.
+        step_count: Number of support changes since the walk started.
     """
 
     __slots__ = ("q_in_odom", "sole_in_q", "step_count", "support", "vx", "vy", "x", "y")
@@ -57,6 +59,9 @@ class WalkState:
             y: CoM in Q, to the left [m].
             vx: Its velocity, forward [m/s].
             vy: Its velocity, to the left [m/s].
+
+        Returns:
+            The new state.
         """
         return WalkState(
             self.support, x, y, vx, vy, self.sole_in_q, self.q_in_odom, self.step_count
@@ -84,6 +89,7 @@ class Segment:
     """A piece of motion that has been sent to the joints and can no longer be changed.
 
     Attributes:
+        duration: Its duration [s].
         origin_x: r_x, pendulum origin in Q, forward [m].
         origin_y: r_y, pendulum origin in Q, to the left [m].
     """
@@ -104,7 +110,16 @@ class Segment:
 
 
 def follow(state: WalkState, segments: Iterable[Segment], k: float) -> WalkState:
-    """The state at the end of committed segments: r + x(t), eq (10), and the changes to Q-bar."""
+    """The state at the end of committed segments: r + x(t), eq (10), and the changes to Q-bar.
+
+    Args:
+        state: State at their beginning.
+        segments: The segments in order.
+        k: Natural frequency of the pendulum [1/s].
+
+    Returns:
+        State at their end.
+    """
     x, y, vx, vy = state.x, state.y, state.vx, state.vy
     last_duration, c, s = 0.0, 1.0, 0.0
     for segment in segments:

@@ -19,6 +19,13 @@ def double_step_duration(side: float, parameters: LipmParameters) -> float:
     """Duration of an undisturbed double step [s], from eq (3).
 
     The CoM moves to each of the two exchange distances and back from it.
+
+    Args:
+        side: Distance per double step to either side [m], not negative.
+        parameters: Parameters of the gait.
+
+    Returns:
+        The duration [s].
     """
     k = natural_frequency(parameters.pendulum_height)
     opening, closing = exchange_distances(side, parameters)
@@ -45,7 +52,12 @@ def stride_for(
     """The stride that walks the commanded velocity, scaled into the step limits.
 
     Args:
+        command: Commanded velocity.
+        parameters: Parameters of the gait.
         pace: Measured duration of the steps as a share of the nominal one; see `Pace`.
+
+    Returns:
+        The stride.
     """
     side_limit = parameters.step_side_max
     side = 0.0
@@ -70,6 +82,9 @@ class Pace:
 
     The feedback ends a step when the observed CoM is ready for it, usually a little early. Without
     this correction the robot would walk faster than commanded.
+
+    Attributes:
+        share: The share; 1 before the first double step.
     """
 
     SMOOTHING = 0.2  # weight of a new step in the mean

@@ -33,6 +33,7 @@ class CartTable(NamedTuple):
     """The discrete model, in floats.
 
     Attributes:
+        dt: Control period [s].
         height_by_gravity: h / g [s^2].
     """
 
@@ -96,6 +97,18 @@ def riccati(a: FloatArray, b: FloatArray, q: FloatArray, r: float) -> FloatArray
     """Solves the discrete Riccati equation of a system with one input by recursion from P = q.
 
     P = q + A'PA - A'Pb (r + b'Pb)^-1 b'PA
+
+    Args:
+        a: System matrix (n, n).
+        b: Input matrix (n, 1).
+        q: Weight of the state (n, n).
+        r: Weight of the input.
+
+    Returns:
+        P (n, n).
+
+    Raises:
+        NaoGaitError: The recursion does not converge.
     """
     p = q
     for _ in range(ROUNDS_MAX):
@@ -114,8 +127,15 @@ def preview_gains(height: float, dt: float, horizon: int, weight: float) -> Prev
 
     Args:
         height: Table height h [m].
+        dt: Control period [s].
         horizon: Number of preview periods N.
         weight: Jerk that costs as much as one metre of ZMP error, w [1/s^3].
+
+    Returns:
+        The gains.
+
+    Raises:
+        NaoGaitError: The Riccati recursion does not converge for this weight.
     """
     table = cart_table(height, dt)
     a, b, c = table.matrices()

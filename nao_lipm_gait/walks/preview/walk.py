@@ -24,7 +24,12 @@ JERK_WEIGHT = 10000.0
 
 
 class PreviewWalk(ZmpWalk):
-    """Omnidirectional walk whose CoM comes from preview control of the ZMP."""
+    """Omnidirectional walk whose CoM comes from preview control of the ZMP.
+
+    Args:
+        parameters: Parameters of the gait; `feedback_delay` is fixed from here on.
+        control_period: Time between two ticks [s].
+    """
 
     _gains: PreviewGains
     _desired: FloatArray  # (2, n) ZMP in odom [m], from the first tick of this half stride on

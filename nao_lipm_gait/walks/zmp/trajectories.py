@@ -71,6 +71,8 @@ def swing_in(t: float, duration: float, speed: float) -> float:
 
     Args:
         t: Time since the start [s].
+        duration: Duration of the motion [s].
+        speed: Speed at its end [m/s].
 
     Returns:
         y of the CoM [m].

@@ -54,7 +54,11 @@ class StrideState(NamedTuple):
     """State of the walk at some tick; see `nao_lipm_gait.walks.base.WalkView`.
 
     Attributes:
+        x: CoM in Q, forward [m].
+        y: CoM in Q, to the left [m].
+        sole_in_q: Pose of the supporting sole in Q.
         q_in_odom: Pose of Q by the planned steps.
+        step_count: Number of support changes since the walk started.
     """
 
     support: int
@@ -87,7 +91,12 @@ class HalfStride(NamedTuple):
 
 
 class ZmpWalk:
-    """Omnidirectional walk on ZMP trajectories of constant cadence."""
+    """Omnidirectional walk on ZMP trajectories of constant cadence.
+
+    Args:
+        parameters: Parameters of the gait; `feedback_delay` is fixed from here on.
+        control_period: Time between two ticks [s].
+    """
 
     def __init__(self, parameters: ZmpParameters, control_period: float):
         self._dt = control_period
@@ -122,7 +131,14 @@ class ZmpWalk:
         self._stand(Phase.SHIFT, support, soles[support], soles[-support])
 
     def catch(self, x: float, y: float, vx: float, vy: float) -> None:
-        """Step in place, first with the unloaded foot; this walk has no other reaction."""
+        """Step in place, first with the unloaded foot; this walk has no other reaction.
+
+        Args:
+            x: CoM in Q, forward [m].
+            y: CoM in Q, to the left [m].
+            vx: Its velocity, forward [m/s].
+            vy: Its velocity, to the left [m/s].
+        """
         self.start(VelocityCommand(0.0, -y, 0.0))
 
     def expect(self) -> Expectation:

@@ -44,7 +44,13 @@ class MujocoBackend:
         """Compile the model and open the window.
 
         Args:
+            robots: The individuals, at least one.
+            surroundings: What is around them.
+            gui: Open MuJoCo's window.
             visual: With what can be seen; always so with `gui`.
+
+        Raises:
+            NaoGaitError: MuJoCo cannot honour an option of the plant.
         """
         compiled = MujocoModel(robots, surroundings, visual=gui or visual)
         self.model = compiled.model

@@ -35,6 +35,11 @@ class MujocoModel:
 
         Args:
             robots: The individuals; all have the same physics and floor.
+            surroundings: What is around them.
+            visual: With visual shapes and light.
+
+        Raises:
+            NaoGaitError: MuJoCo cannot honour an option of the plant.
         """
         spec = mujoco.MjSpec()
         spec.compiler.degree = False

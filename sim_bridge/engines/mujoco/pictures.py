@@ -49,6 +49,11 @@ class MujocoPictures:
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
         """Make an OpenGL context.
 
+        Args:
+            model: With visible shapes.
+            width: Of the images [px].
+            height: Of the images [px].
+
         Raises:
             NaoGaitError: There is no OpenGL without a window here.
         """

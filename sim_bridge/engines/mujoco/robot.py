@@ -64,8 +64,15 @@ class RobotParts:
         """Add the robot.
 
         Args:
+            spec: The model.
+            robot: The individual.
             bit: Collision bit of this robot, for others; 0 = none.
             meets: Collision bits of other robots and fixtures that it meets.
+            ball: There is a ball, which meets everything but the soles.
+            visual: With visual shapes.
+
+        Raises:
+            NaoGaitError: MuJoCo cannot honour an option of the plant.
         """
         _refuse(robot.plant, robot.description)
         self.robot = robot

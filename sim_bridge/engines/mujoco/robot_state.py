@@ -17,7 +17,13 @@ class MujocoRobot:
     """One robot of a running simulation."""
 
     def __init__(self, parts: RobotParts, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Find the robot in the model."""
+        """Find the robot in the model.
+
+        Args:
+            parts: The robot.
+            model: The compiled model.
+            data: Its state.
+        """
         robot = parts.robot
         plant, self._individual = robot.plant, robot.individual
         self._parts, self._model, self._data = parts, model, data
@@ -181,6 +187,8 @@ def _wrench(contact: list[float], origin: FloatArray, rotation: FloatArray) -> F
     Args:
         contact: Reading of the contact sensor, in the world: force and torque of the sole on the
             floor, and the point of reference of the torque.
+        origin: (3,) [m] of the sole in the world.
+        rotation: (3, 3), sole to world.
     """
     fx, fy, fz, tx, ty, tz, x, y, z = contact
     if not fz:

@@ -44,7 +44,14 @@ _SURFACE_COLOR = [0.45, 0.45, 0.47, 1.0]
 def add_surroundings(
     spec: mujoco.MjSpec, surroundings: Surroundings, *, step: float, visible: bool
 ) -> None:
-    """All but the ball."""
+    """All but the ball.
+
+    Args:
+        spec: The model.
+        surroundings: What to add.
+        step: Physics step [s].
+        visible: With light and visible shapes.
+    """
     pitch = surroundings.carpet is not None
     add_ground(spec, surroundings.ground, visible=visible and not pitch)
     fixtures = surroundings.fixtures
@@ -160,6 +167,10 @@ def add_ball(
     """The ball at its start. Added after the robot, so that its degrees of freedom come last.
 
     Args:
+        spec: The model.
+        ball: The ball.
+        step: Physics step [s].
+        gravity: [m/s^2].
         visible: Seen in the window.
         meets: Collision bits of what it meets beside floor and robots.
     """

@@ -48,7 +48,18 @@ class PyBulletBackend:
         gui: bool = False,
         visual: bool = False,
     ) -> None:
-        """Connect to PyBullet; the world is built by `reset`."""
+        """Connect to PyBullet; the world is built by `reset`.
+
+        Args:
+            robots: The individuals, at least one.
+            surroundings: What is around them.
+            gui: Open PyBullet's window.
+            visual: Images can be rendered, which is always so.
+
+        Raises:
+            NaoGaitError: PyBullet cannot honour an option of the plant, or the window cannot be
+                opened.
+        """
         plant = robots[0].plant
         refuse(plant, [robot.description for robot in robots])
         self._physics, self._surroundings = plant.physics, surroundings

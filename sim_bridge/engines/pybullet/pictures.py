@@ -52,7 +52,12 @@ class PyBulletPictures:
     """Renders images of a world."""
 
     def __init__(self, bodies: Sequence[Body], surroundings: Surroundings) -> None:
-        """Build what is seen."""
+        """Build what is seen.
+
+        Args:
+            bodies: Of the robots.
+            surroundings: What is around them.
+        """
         with silenced():
             self._client = bullet.connect(bullet.DIRECT)
         self._bodies = bodies
@@ -73,6 +78,8 @@ class PyBulletPictures:
         """The world as a camera in the world frame images it.
 
         Args:
+            view: The camera.
+            states: Of the robots.
             ball: None in a world without one.
         """
         for body, links, state in zip(self._bodies, self._links, states, strict=True):

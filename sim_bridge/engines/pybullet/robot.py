@@ -54,6 +54,12 @@ class RobotBody:
         """Load the robot.
 
         Args:
+            client: Of PyBullet.
+            robot: The individual.
+            visible: With visual shapes.
+            sole_friction: Coefficient of the soles on the floor.
+            ball: There is a ball, which meets everything but the soles.
+            bit: Collision group of this robot.
             meets: Groups of other robots and fixtures that it meets.
         """
         self._client = client

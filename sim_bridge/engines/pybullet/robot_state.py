@@ -27,7 +27,12 @@ class PyBulletRobot:
     """One robot of a simulation that may be built several times."""
 
     def __init__(self, client: int, robot: RobotModel) -> None:
-        """Prepare the servos; `build` loads the robot."""
+        """Prepare the servos; `build` loads the robot.
+
+        Args:
+            client: Of PyBullet.
+            robot: The individual.
+        """
         self._client, self._robot, self._plant = client, robot, robot.plant
         plant = robot.plant
         self._limits = TorqueLimits(robot.description, plant, robot.individual)
@@ -43,7 +48,16 @@ class PyBulletRobot:
     def build(
         self, floor: int, terrain: list[int], *, visible: bool, ball: bool, bit: int, meets: int
     ) -> None:
-        """Load the robot into an empty world; `RobotBody` explains the other arguments."""
+        """Load the robot into an empty world; `RobotBody` explains the other arguments.
+
+        Args:
+            floor: Body of the floor.
+            terrain: Bodies of the terrain.
+            visible: With visual shapes.
+            ball: There is a ball.
+            bit: Collision group of this robot.
+            meets: Groups that it meets.
+        """
         self._floor, self._terrain = floor, terrain
         self._model = RobotBody(
             self._client,

@@ -62,7 +62,11 @@ def _set_ground(client: int, body: int) -> None:
 def add_terrain(
     client: int, ground: Iterable[Prism], *, collides: bool, visible: bool
 ) -> list[int]:
-    """Add each prism as a convex hull that does not move."""
+    """Add each prism as a convex hull that does not move.
+
+    Returns:
+        Bodies of the prisms, in their order.
+    """
     bodies = []
     for prism in ground:
         vertices = prism.vertices.tolist()
@@ -120,7 +124,10 @@ def _add_quads(
     """Add visible quadrangles that look upwards.
 
     Args:
+        client: Of PyBullet.
         quads: x, y [m] of the four corners of each, counter-clockwise.
+        height: [m] of all.
+        color: Red, green, blue, alpha.
     """
     vertices: list[list[float]] = []
     indices: list[int] = []

@@ -43,6 +43,7 @@ class MeasurementOffset:
         Args:
             dx: Measured minus expected CoM, forward in Q [m].
             dy: The same to the left [m].
+            dt: Time since the last tick [s].
 
         Returns:
             The two differences without the offset [m].
@@ -89,6 +90,8 @@ class PushDetector:
             innovation: Measured minus expected CoM, x and y in Q [m].
             correction: What the observer makes of it.
             forward_speed: Speed of the wanted walk over a pendulum origin [m/s].
+            dt: Time since the last tick [s].
+            step_count: Support changes so far.
             missed: Whether there was no measurement in the last tick.
             acceleration: Acceleration that the pendulum does not explain, x and y in Q [m/s^2];
                 None if it is not measured.

@@ -27,10 +27,14 @@ def outward_origin_shift(
     Args:
         x: CoM from the running origin [m].
         v: Its velocity [m/s].
+        k: Natural frequency [1/s].
         stride: Distance D of the two origins [m].
         next_width: Wanted width of the next pendulum [m].
         time: Time left [s].
         shift_max: Largest shift [m].
+
+    Returns:
+        The shift [m], from 0 to `shift_max`.
     """
     half = 0.5 * stride
     leaving_reach = half + sqrt(max(half * half - next_width * next_width, 0.0))
@@ -47,7 +51,11 @@ def catching_stride(position: float, velocity: float, k: float, next_width: floa
     Args:
         position: CoM from the running origin at the support change [m].
         velocity: Its velocity then [m/s].
+        k: Natural frequency [1/s].
         next_width: Wanted width w of the next pendulum [m].
+
+    Returns:
+        D [m].
     """
     return position + sqrt(next_width * next_width + (velocity / k) ** 2)
 
@@ -76,11 +84,15 @@ def capture_shift(
     Args:
         x: CoM in Q now [m].
         v: Its velocity [m/s].
+        k: Natural frequency [1/s].
         t_e: Time until the support change [s].
         next_tanh: tanh(k t_b-bar) of the next pendulum.
         r_x: Pendulum origin in Q [m].
         keeping: Step size that keeps the speed [m].
         passing: v_0 / k of the wanted walk [m].
+
+    Returns:
+        The difference in step size [m].
     """
     c, s = cosh(k * t_e), sinh(k * t_e)
     reach = r_x + (x - r_x) * (c + s) + v * (s + c) / k

@@ -33,6 +33,9 @@ class SwayLimit:
 
     Args:
         limit: Sway [m], a standard deviation, from which on strides become shorter; 0 disables it.
+
+    Attributes:
+        share: The share; 1 = all.
     """
 
     def __init__(self, limit: float) -> None:
@@ -66,6 +69,7 @@ class SwayLimit:
 
         Args:
             innovation: Measured minus expected CoM, to the left in Q [m].
+            dt: Time since the last tick [s].
         """
         if self._limit <= 0.0:
             return
