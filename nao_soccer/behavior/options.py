@@ -85,17 +85,7 @@ STRIKER: _Option = Option(
         [
             When(symbols.must_give_way, "wait"),
             When(symbols.place_known, "play"),
-            After(3.0, "wait for the team"),
-        ],
-    ),
-    _State(
-        "wait for the team",
-        basic.find_place,
-        [
-            When(symbols.must_give_way, "wait"),
-            When(symbols.place_known, "play"),
-            When(symbols.is_alone, "play all the same"),
-            After(9.0, "play all the same"),
+            After(3.0, "play all the same"),
         ],
     ),
     _State(

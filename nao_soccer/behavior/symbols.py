@@ -134,11 +134,6 @@ def place_known(s: Situation) -> bool:
     return not s.lost
 
 
-def is_alone(s: Situation) -> bool:
-    """No team mate, who could tell the half by the ball, has spoken lately."""
-    return not s.world.mates
-
-
 # -- the ball --------------------------------------------------------------------------------------
 
 
