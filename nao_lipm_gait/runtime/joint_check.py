@@ -4,9 +4,8 @@ Each reading is compared with its own target, and with what it would be if somet
 sign, a unit, a scale, a zero, a name, a joint that is stuck. A wrong command shows the same.
 """
 
-from collections import deque
-
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from nao_lipm_gait.whole_body.feed_forward import FeedForward
 from robot_core.robot import RobotDescription
@@ -34,9 +33,11 @@ MOVED = 0.05
 PROVEN_RANGE, PROVEN_SHARE = 0.1, 1.0 / 16.0
 """A joint has proved itself if its target moved by this [rad] in steps, and its deviation is this
 share of the target's variance."""
-STRIKES = 2
-"""Walks that must end in their first steps until the check is final: a computer that is held up, or
-motors that are switched on late, look wrong once."""
+BRIDGED = 3
+"""Ticks from one reading to the next up to which lost ones are bridged; a computer that is held up
+for longer sends late targets, which look like exchanged legs."""
+UNSETTLED = 12
+"""Readings after that which are left out."""
 SCALES = {
     -1.0: "sign of the reading or of the command?",
     0.5: "scale 0.5?",
@@ -67,40 +68,59 @@ class JointCheck:
         self._gross = GROSS[yields]
         self._ticks = round(WINDOW / period)
         self._size = self._ticks + LAGS[-1] - LAGS[0]
+        # Each row is kept twice, `_size` apart: the last ones are always one block.
+        self._measured, self._targets = np.zeros((2, 2 * self._size, len(self._names)))
+        windows = sliding_window_view(self._targets, self._ticks, axis=0)
+        self._windows: FloatArray = windows.transpose(0, 2, 1)
         self.restart()
 
     def restart(self) -> None:
         """The sensors may be others from here on."""
-        self._measured: deque[FloatArray] = deque(maxlen=self._size)
-        self._targets: deque[FloatArray] = deque(maxlen=self._size)
         self._proven = np.zeros(len(self._names), dtype=bool)
         self._final = self.done = False
-        self._walked = self._wait = self._strikes = 0
+        self._wait = 0
         self.trouble = ""
+        self.interrupt()
 
-    def interrupt(self) -> None:
-        """The joints need not follow, or nobody knows their targets."""
-        self._measured.clear()
-        self._targets.clear()
-        self._walked = 0
+    def interrupt(self, unsettled: int = 0) -> None:
+        """The joints need not follow, or nobody knows their targets, nor for some readings more."""
+        self._rows = self._walked = 0
+        self._unsettled = unsettled
 
-    def update(self, measured: FloatArray, target: FloatArray, *, walking: bool) -> None:
-        """One tick of a robot that stands or walks: joint angles and their targets (n,) [rad]."""
-        self._measured.append(measured[self._index])
-        self._targets.append(target[self._index])
+    def update(
+        self, measured: FloatArray, target: FloatArray, *, walking: bool, ticks: int = 1
+    ) -> None:
+        """One reading of a robot that stands or walks.
+
+        Args:
+            measured: Joint angles (n,) [rad].
+            target: Their targets (n,) [rad].
+            walking: It walks.
+            ticks: Control periods since the last reading.
+        """
+        if ticks > BRIDGED:
+            self.interrupt(UNSETTLED)
+        if self._unsettled > 0:
+            self._unsettled -= 1
+            return
+        for _ in range(ticks if self._rows else 1):
+            place = self._rows % self._size
+            self._measured[place :: self._size] = measured[self._index]
+            self._targets[place :: self._size] = target[self._index]
+            self._rows += 1
         self._walked = self._walked + 1 if walking else 0
         self._wait += 1
-        if self._wait >= EVERY and len(self._measured) == self._size and not self._final:
+        if self._wait >= EVERY and self._rows >= self._size and not self._final:
             self._wait = 0
             self._judge()
 
     def _judge(self) -> None:
-        measured, targets = np.array(self._measured), np.array(self._targets)
-        first = LAGS[-1]
-        measured = measured[first : first + self._ticks]
-        shifted = np.stack([targets[first - lag : first - lag + self._ticks] for lag in LAGS])
-        own = np.mean((measured - shifted) ** 2, axis=1).min(axis=0)
-        suspect = ~self._proven & (own > self._deviation**2)
+        measured, shifted = self._window()
+        rest = np.flatnonzero(~self._proven)
+        off = shifted[:, :, rest] - measured[:, rest]
+        own = np.zeros(len(self._names))
+        own[rest] = np.einsum("ltj,ltj->lj", off, off).min(axis=0) / self._ticks
+        suspect = own > self._deviation**2
         if suspect.any():
             left, guesses = self._explained(measured, shifted)
             named = suspect & (own > BETTER * (left + NOISE**2))
@@ -111,10 +131,17 @@ class JointCheck:
                 return
         self.trouble = ""
         if self._walked >= self._size:
-            target = shifted[-LAGS[0]]
+            target = shifted[-LAGS[0]][:, rest]
             moved = np.ptp(target, axis=0) >= PROVEN_RANGE
-            self._proven |= moved & (own < PROVEN_SHARE * target.var(axis=0))
-            self.done = bool(self._proven.all())
+            if moved.any():
+                self._proven[rest] = moved & (own[rest] < PROVEN_SHARE * target.var(axis=0))
+                self.done = bool(self._proven.all())
+
+    def _window(self) -> tuple[FloatArray, FloatArray]:
+        """Angles (ticks, n) [rad] and the targets for each lag (lags, ticks, n) [rad]."""
+        begin = self._rows % self._size
+        measured = self._measured[begin + LAGS[-1] :][: self._ticks]
+        return measured, self._windows[begin : begin + len(LAGS)][::-1]
 
     def _explained(
         self, measured: FloatArray, shifted: FloatArray
@@ -153,8 +180,9 @@ class JointCheck:
         return left, guesses
 
     def _report(self, wrong: np.ndarray, own: FloatArray, guesses: np.ndarray) -> None:
-        self._strikes += self._walked > 0
-        self._final = self._strikes >= STRIKES
+        # Motors that are off may be switched on; then the joints follow.
+        follows_nobody = wrong & np.isin(guesses, (STUCK, OTHER))
+        self._final = self._walked > 0 and 2 * follows_nobody.sum() <= len(self._names)
         worst = int(np.argmax(np.where(wrong, own, 0.0)))
         more = [self._names[joint] for joint in np.flatnonzero(wrong) if joint != worst]
         also = f"; also {', '.join(more[:3])}{' and others' if len(more) > 3 else ''}"

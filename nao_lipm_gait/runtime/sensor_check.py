@@ -34,6 +34,11 @@ INVERTED_TILT = 2.3
 SOLE_ANGLE, SOLE_STEP, SOLE_TILT = 0.15, 0.015, 0.3
 """[rad, m of a NAO, rad] Largest angle and step between the soles of a robot that stands, by its
 joints, and largest angle between them and the vertical of an IMU that shows an upright torso."""
+FLAT_SHARE, FLAT_REST = 0.05, 0.3
+"""Share of the bend of the robot's stand below which its leg joints read nearly zero, and largest
+part of what they show that is no such share: legs that are really straight show something else."""
+BEND_MIN = 0.3
+"""[rad] Bend of all leg joints from which on that can be told."""
 UPRIGHT_TORSO = 0.25
 """[rad] Largest angle between the torso's z axis and the vertical of the IMU for that."""
 ABSURD_TICKS, ABSURD_FIRST = 15, 5
@@ -62,6 +67,8 @@ class SensorCheck:
     def __init__(self, robot: RobotDescription, period: float, *, yaw_gyro: bool) -> None:
         self._body = BodyModel(robot)
         self._step = SOLE_STEP * robot.size
+        self._legs = [robot.index(n) for n in (*robot.left_leg.names, *robot.right_leg.names)]
+        self._bend = robot.stand_pose[self._legs]
         self._dt, self._yaw_gyro = period, yaw_gyro
         self.restart()
 
@@ -164,6 +171,15 @@ class SensorCheck:
 
         Such a robot must not get targets: it would jump to the pose that its joints show.
         """
+        if self._legs_read_nothing(frame.joint_position[self._legs]):
+            worst = np.abs(frame.joint_position[self._legs]).max()
+            text = (
+                "the bend of a stand; unit or scale of the joints, or do they measure nothing? "
+                "Nothing is sent to the joints"
+            )
+            return NaoGaitError(
+                "joint_states position: all leg joints", f"at most {worst:.2g} rad", text
+            )
         up = self._vertical(frame)
         left, right = self._body.sole_in_torso(LEFT), self._body.sole_in_torso(RIGHT)
         angle = _angle(np.array(left.normal), np.array(right.normal))
@@ -183,6 +199,17 @@ class SensorCheck:
                 )
                 return NaoGaitError(f"joint_states position: {name}", f"{got:.2g} {unit}", text)
         return None
+
+    def _legs_read_nothing(self, legs: FloatArray) -> bool:
+        """The joints (n,) [rad] show the stand many times too small, or are all zero."""
+        bend = self._bend
+        share = float(legs @ bend) / max(float(bend @ bend), BEND_MIN**2)
+        rest = _size(legs - share * bend)
+        return (
+            _size(bend) > BEND_MIN
+            and abs(share) < FLAT_SHARE
+            and rest <= FLAT_REST * abs(share) * _size(bend)
+        )
 
     def _judge_gravity(self, frame: SensorFrame) -> None:
         if self._gravity_is_right:

@@ -243,6 +243,7 @@ class SensorValidation:
         self.joints = JointCheck(robot, period)
         self._reader = JointReader(robot)
         self._names = robot.joint_names
+        self._period = period
         self._fastest = SPEED_SHARE * np.asarray(robot.velocity_limit, dtype=float)
         self._joint_steps = StepFilter()
         self._gyro_steps = StepFilter(ROTATION_STEP_MAX)
@@ -372,13 +373,15 @@ class SensorValidation:
         if self._are_stuck(position, commanded, walking) and commanded is not None:
             trouble = "joint_states position: stuck while the robot walks"
             return self._substituted(stamp, commanded, trouble, trouble)
-        wrong = self._are_wrong(position, commanded if driven else None, walking)
+        elapsed = (stamp - (self._joints_at or 0)) * 1e-9
+        ticks = max(1, round(elapsed / self._period))
+        wrong = self._are_wrong(position, commanded if driven else None, walking, ticks)
         position = self._without_spikes(stamp, position, commanded)
         self._joints_at = stamp
         return JointSample(stamp, commanded if wrong and commanded is not None else position)
 
     def _are_wrong(
-        self, position: FloatArray, commanded: FloatArray | None, walking: bool
+        self, position: FloatArray, commanded: FloatArray | None, walking: bool, ticks: int
     ) -> bool:
         check = self.joints
         if check.done:
@@ -386,7 +389,7 @@ class SensorValidation:
         if commanded is None:
             check.interrupt()
             return False
-        check.update(position, commanded, walking=walking)
+        check.update(position, commanded, walking=walking, ticks=ticks)
         if not check.trouble:
             self._say.end("wrong joints", "the leg joints follow their targets")
             return False
