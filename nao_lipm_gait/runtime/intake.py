@@ -28,6 +28,8 @@ ASKED_AGAIN = 0.2
 OFF_RATE, RATE_AGAIN = 0.1, 0.05
 """Share by which the mean step of the stamps may differ from the control period, and below which it
 is right again."""
+LATE_UNJUDGED = 4
+"""Control periods by which sensors are late from which on their joints are not compared."""
 FAR_OFF_RATE = 1.4
 """Control periods between nearly all joint states from which on the robot does not walk."""
 
@@ -41,6 +43,7 @@ class Gaps(NamedTuple):
         unread_since: Stamp since which joints are substituted [ns]; None while they are read.
         off_rate: The joint states come too rarely for the control period.
         wrong: Leg joints do not follow their targets, which stand in for them.
+        gyro_jumps: The gyro is not used, and has to prove itself again.
     """
 
     blind_since: int | None = None
@@ -48,6 +51,7 @@ class Gaps(NamedTuple):
     unread_since: int | None = None
     off_rate: bool = False
     wrong: bool = False
+    gyro_jumps: bool = False
 
 
 COMPLETE = Gaps()
@@ -166,6 +170,7 @@ class Intake:
         step = self._stamps.classify(stamp)
         if step is Step.NEXT:
             delay = self._delay + self._age.late * self._period
+            driven = driven and abs(self._age.late) < LATE_UNJUDGED
             sample = self._validation.next_joints(
                 message, stamp, delay=delay, walking=walking, driven=driven
             )
@@ -210,7 +215,8 @@ class Intake:
         wrong = bool(self._validation.joints.trouble)
         if blind is None and unread is None and not (self._off_rate or wrong):
             return Taken(frames, COMPLETE, new_time)
-        gaps = Gaps(blind, self._sync.imu_behind, unread, self._off_rate, wrong)
+        behind, jumps = self._sync.imu_behind, self._validation.gyro_jumps
+        gaps = Gaps(blind, behind, unread, self._off_rate, wrong, jumps)
         return Taken(frames, gaps, new_time)
 
     def _aged(self, frame: SensorFrame) -> SensorFrame:

@@ -166,6 +166,13 @@ class SensorCheck:
             return self.at_rest(frame)
         return frame
 
+    def refuse_gyro(self) -> None:
+        """The gyro of a robot that walks has measured what no robot does."""
+        self._final = self._final or (
+            "imu/data angular_velocity: changed its unit or scale in a walk; deg/s instead of "
+            "rad/s? Mend it and start the sensors again; the robot stands"
+        )
+
     def wrong_pose(self, frame: SensorFrame) -> NaoGaitError | None:
         """Why the joints of an upright robot with both soles on the floor are wrong; None if not.
 

@@ -184,6 +184,8 @@ class Supervisor:
         stands = self._sensors_are_missing(stamp, gaps) or gaps.off_rate or gaps.wrong
         if gaps.wrong and gait.state in ON_THE_WAY and gait.status.step_count <= FIRST_STEPS:
             self.restart()  # the foot goes down where it is: wrong joints have led it
+        if gaps.gyro_jumps and gait.state in ON_THE_WAY:
+            self._check.refuse_gyro()
         if not self._check.done:
             frame, wrong = self._proven(frame, blind=gaps.blind_since is not None)
             stands = stands or wrong

@@ -28,7 +28,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.log import Level
 from robot_core.message_checks import read_vector, repeated, some, stamp_of
 from robot_core.robot import RobotDescription
-from robot_core.types import FloatArray, JointTargets
+from robot_core.types import GRAVITY, FloatArray, JointTargets
 
 MOST_JOINTS = 1000
 """Names in a message."""
@@ -58,6 +58,12 @@ pushes 0.8."""
 ROTATION_STEP_MAX = 4.0
 """[rad/s] Largest plausible change, which the next sample may confirm. A robot that falls reaches
 2.6."""
+ROTATION_FAST, FAST_TIME = 10.0, 300_000_000
+"""[rad/s, ns] Two samples in a row above, or beyond a step of `ROTATION_STEP_MAX`, are of no robot:
+the IMU is not used until it has been slower for this time. Walks reach 20 in deg/s."""
+FORCE_RANGE, FORCE_TIME, FORCE_RIGHT = (3.0, 30.0), 0.5, 1.0
+"""[m/s^2, s, s] Mean size of the specific force, also of a robot that falls; time of that mean, and
+time for which it must have been right: what is wrong from the start is found in the stand."""
 SPIKE_SAMPLES = 3
 """Samples in a row that are replaced by the last plausible one at most; the next one is real."""
 COMMAND_AGE = 300_000_000
@@ -147,6 +153,11 @@ class StepFilter:
         """(n,) The last values that were not replaced."""
         self._replaced: FloatArray = np.zeros(0, dtype=int)
         """(n,) Samples in a row for which each value was replaced."""
+
+    @property
+    def kept(self) -> FloatArray | None:
+        """(n,) The last values that were not replaced."""
+        return self._kept
 
     def restart(self, values: FloatArray | None) -> None:
         """Forget the past; continue from `values` (n,), or from the next sample if None."""
@@ -249,6 +260,10 @@ class SensorValidation:
         self._gyro_steps = StepFilter(ROTATION_STEP_MAX)
         self._acceleration: FloatArray | None = None
         self._imu_at = 0
+        self._spike: tuple[np.ndarray, FloatArray, str] | None = None
+        self._was_fast = False
+        self._fast_at: int | None = None
+        self._force, self._force_right = GRAVITY, 0.0
         self._commands = CommandHistory()
         self._joints_at: int | None = None
         self._forget_repeats(None)
@@ -296,12 +311,14 @@ class SensorValidation:
         )
         measured = rate
         elapsed, self._imu_at = (stamp - self._imu_at) * 1e-9, stamp
+        self._check_units(stamp, rate, acceleration, elapsed)
         if abs(elapsed) > LONGEST_GAP * 1e-9:
             self._gyro_steps.restart(None)
         limit = min(max(ROTATION_STEP, ROTATION_ACCELERATION * elapsed), ROTATION_STEP_MAX)
         rate, replaced = self._gyro_steps.apply(measured, limit)
         if not len(replaced) or self._acceleration is None:
             self._acceleration = acceleration
+        self._settle_spike(measured, limit)
         if len(replaced):
             axis = int(replaced[0])
             text = (
@@ -309,7 +326,7 @@ class SensorValidation:
                 f"{rate[axis]:.3g}; allowed: steps of {limit:.3g} rad/s; "
                 "the last sample is used"
             )
-            self._say.event(SENSORS, Level.WARN, "gyro spike", text)
+            self._spike = replaced, measured, text
             acceleration = self._acceleration
         self._check_orientation(message)
         if self._imu_is_stuck(rotation, force):
@@ -317,6 +334,54 @@ class SensorValidation:
                 "imu/data", "the same numbers while joints move", "an IMU that is not stuck"
             )
         return ImuSample(stamp, rate, acceleration)
+
+    def _settle_spike(self, measured: FloatArray, limit: float) -> None:
+        """Report values that were replaced, unless the next sample (3,) [rad/s] confirms them."""
+        if self._spike is None:
+            return
+        (axes, spike, text), self._spike = self._spike, None
+        if np.abs(measured - spike)[axes].max() > limit:
+            self._say.event(SENSORS, Level.WARN, "gyro spike", text)
+
+    def _check_units(
+        self, stamp: int, rate: FloatArray, acceleration: FloatArray, elapsed: float
+    ) -> None:
+        """Refuse an IMU whose units have changed: no robot moves like that.
+
+        Raises:
+            NaoGaitError: It cannot be used now.
+        """
+        size, kept = np.abs(rate), self._gyro_steps.kept
+        step = size if kept is None else np.minimum(size, np.abs(rate - kept))
+        fast = bool(size.max() > ROTATION_FAST or step.max() > ROTATION_STEP_MAX)
+        if fast and self._was_fast:
+            self._fast_at = stamp
+        self._was_fast = fast
+        if self.gyro_jumps and not 0 <= stamp - (self._fast_at or 0) < FAST_TIME:
+            self._fast_at = None
+            self._gyro_steps.restart(None)
+        if self.gyro_jumps:
+            allowed = (
+                f"at most {ROTATION_FAST:g} rad/s, in steps of {ROTATION_STEP_MAX:g} rad/s; deg/s "
+                "instead of rad/s?"
+            )
+            raise NaoGaitError("imu/data angular_velocity", f"{_size(rate):.3g} rad/s", allowed)
+        share = elapsed / FORCE_TIME if 0.0 < elapsed < FORCE_TIME else 0.0
+        self._force += share * (_size(acceleration) - self._force)
+        low, high = FORCE_RANGE
+        if low <= self._force <= high:
+            self._force_right += share * FORCE_TIME
+        elif self._force_right >= FORCE_RIGHT:
+            unit = "g instead of m/s^2?" if self._force < low else "unit or scale?"
+            raise NaoGaitError(
+                "imu/data linear_acceleration", f"{self._force:.3g} m/s^2 on average",
+                f"{low:g} to {high:g} m/s^2; {unit}",
+            )  # fmt: skip
+
+    @property
+    def gyro_jumps(self) -> bool:
+        """The gyro has measured what no robot does: it has to prove itself again."""
+        return self._fast_at is not None
 
     def _check_orientation(self, message: ImuInput) -> None:
         """Report an orientation that is claimed and not there; the gait estimates its own."""
@@ -437,3 +502,7 @@ class SensorValidation:
         )
         self._say.event(SENSORS, Level.WARN, "joint spike", text)
         return filtered
+
+
+def _size(vector: FloatArray) -> float:
+    return math.hypot(*vector.tolist())

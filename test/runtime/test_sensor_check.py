@@ -191,3 +191,24 @@ def test_sensors_at_another_rate_than_the_control_period_are_named(every: int) -
     assert f"set control_period to {0.01 * every:g}" in errors
     assert harness.gaits[0].controller.state is GaitState.STAND
     assert not harness.fallen
+
+
+@pytest.mark.parametrize("unit", [(np.degrees(1.0), 1.0), (1.0, 1.0 / 9.81)])
+def test_a_unit_that_changes_in_a_walk_ends_it(unit: tuple[float, float]) -> None:
+    samples = 0
+
+    def change(rate: Point3, force: Point3) -> tuple[Point3, Point3]:
+        nonlocal samples
+        samples += 1
+        turn, push = unit if samples > 300 else (1.0, 1.0)
+        return scaled(rate, turn), scaled(force, push)
+
+    harness, errors = drive(change, seed=5, command=(0.15, 0.0, 0.1), seconds=6.5)
+    assert not harness.fallen
+    assert harness.gaits[0].controller.state is GaitState.STAND
+    assert "imu/data" in errors
+
+
+def scaled(vector: Point3, factor: float) -> Point3:
+    x, y, z = vector
+    return factor * x, factor * y, factor * z

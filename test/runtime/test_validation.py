@@ -220,6 +220,42 @@ def test_a_jump_of_the_gyro_that_the_next_sample_confirms_is_real():
     jump = (0.0, 3.0, 0.0)
     used = [sensors.imu(rate)[1] for rate in ((0.0, 0.0, 0.0), jump, jump, jump)]
     assert used == [0.0, 0.0, 3.0, 3.0]
+    assert sensors.said() == []
+
+
+def later(sensors: Sensors, rate: float, force: float = 9.81) -> str:
+    """What is said against a sample that comes 10 ms later; empty if it is used."""
+    sensors.stamp += 10 * MS
+    try:
+        used = sensors.imu((rate, 0.0, 0.0), (0.0, 0.0, force))
+    except NaoGaitError as error:
+        return str(error)
+    assert used[0] in (rate, 0.1)
+    return ""
+
+
+@pytest.mark.parametrize("fast", [12.0, 5.0])
+def test_a_gyro_that_no_robot_moves_like_is_not_used_until_it_has_been_slow(fast):
+    sensors = Sensors()
+    assert later(sensors, 0.1) == later(sensors, fast) == "", "one may be a spike"
+    said = [later(sensors, rate) for rate in (fast, *[0.2] * 40)]
+    assert all("deg/s instead of rad/s" in each for each in said[:30])
+    assert not any(said[31:])
+
+
+@pytest.mark.parametrize(("unit", "guess"), [(9.81, "g instead"), (0.1, "unit or scale")])
+def test_an_accelerometer_that_changes_its_unit_is_not_used(unit, guess):
+    sensors = Sensors()
+    assert not any(later(sensors, 0.0) for _ in range(120))
+    assert guess in [later(sensors, 0.0, 9.81 / unit) for _ in range(100)][-1]
+    assert later(sensors, 0.0)
+    assert not [later(sensors, 0.0) for _ in range(200)][-1]
+
+
+def test_free_fall_and_impact_are_no_wrong_unit():
+    sensors = Sensors()
+    forces = (*[9.81] * 120, *[0.0] * 40, *[60.0] * 6, *[9.81] * 30)
+    assert not any(later(sensors, 0.0, size) for size in forces)
 
 
 def test_the_accelerometer_of_a_spike_of_the_gyro_is_not_used():
