@@ -280,7 +280,7 @@ COMMANDS = {
                        (argument("folder", type=Path, nargs="?", default=Path("build/compiled"),
                                  metavar="FOLDER", help="target folder (build/compiled)"),)),
     "fingerprint": Command("hashes of reference rollouts: same hash, same walk",
-                           "gait_lab.bench.compare:command", _FINGERPRINT),
+                           "gait_lab.bench.fingerprint:command", _FINGERPRINT),
     "results": Command("measure what docs/results.md reports, on one commit",
                        "gait_lab.bench.results:command", _RESULTS),
     "tune": Command("search parameters of the gait by a study; a preset comes out",

@@ -1,7 +1,5 @@
 """A nominal robot on each physics engine, and the same robot in Pinocchio."""
 
-from __future__ import annotations
-
 import math
 
 import attrs

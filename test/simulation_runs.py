@@ -1,7 +1,5 @@
 """A simulated robot that stands, sways or is pushed, and what came of it in numbers."""
 
-from __future__ import annotations
-
 import math
 
 import attrs

@@ -1,7 +1,5 @@
 """The URDF of the shipped NAO with something changed."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path

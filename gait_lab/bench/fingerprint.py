@@ -1,4 +1,4 @@
-"""Hashes of reference rollouts: the same hashes, the same walk to the bit.
+"""`nao_gait fingerprint`: hashes of reference rollouts; same hashes, same walk to the bit.
 
 Every preset walks a short course of commands with a push, the default one also sideways and fast on
 a stiff floor, where it sways; every motion of a robot that begins from a stand, the front or the
@@ -9,10 +9,13 @@ changed nothing, and a figure can say which walk it was measured on.
 """
 
 import hashlib
+import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,11 +24,14 @@ from gait_lab.faults.campaign import FAULTS
 from gait_lab.faults.harness import Harness
 from gait_lab.soccer.match import Match, MatchSpec
 from gait_lab.soccer.pitch import Pitch
+from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.presets import DEFAULT
+from robot_core.errors import NaoGaitError
 from robot_core.motion.keyframes import Motion, Posture
 from robot_core.motion.library import shipped_library
+from robot_core.schema import read_text
 from robot_core.types import STANDSTILL, GaitStatus, VelocityCommand
 from sim_bridge.ball import Ball
 from sim_bridge.robot import GroundTruth
@@ -52,6 +58,8 @@ Moment = tuple[Sequence[State], Sequence[float]]
 """All robots after a control period, and what else is hashed."""
 
 ENGINES = ("mujoco", "pybullet")
+LARGEST = 4 * 1024 * 1024
+"""[bytes] of an earlier output."""
 SEED = 3
 """Robot and noise of all reference rollouts."""
 
@@ -206,6 +214,47 @@ def fingerprints_of(keys: Iterable[str], jobs: int | None = None) -> dict[str, F
     """Only the reference rollouts of these keys; unknown keys are left out."""
     wanted = set(keys)
     return fingerprints([case for case in cases() if case.key in wanted], jobs)
+
+
+def command(
+    say: Callable[[str], None], *, engine: list[str] | None, compare: Path | None, jobs: int | None
+) -> int:
+    """Print the hashes, or compare them with an earlier output; the exit status."""
+    engines = tuple(engine or ENGINES)
+    before = None if compare is None else _read(compare)
+    found = fingerprints(cases(engines), jobs)
+    if before is None:
+        json.dump(
+            {key: each.as_list() for key, each in sorted(found.items())}, sys.stdout, indent=0
+        )
+        say("")
+        return EXIT_OK
+    changed = _changed(before, found, engines)
+    for key in changed:
+        similar = key in found and key in before and found[key].is_same_walk(before[key])
+        cause = "another processor, or a small change of the walk"
+        note = f" (but ends within 2 cm and 2 deg: {cause})" if similar else ""
+        say(f"changed: {key}{note}")
+    say(f"{len(found)} reference rollouts, {len(changed)} changed")
+    return EXIT_FAILED if changed else EXIT_OK
+
+
+def _read(file: Path) -> dict[str, list[Any]]:
+    """Key -> digest and end pose of an earlier output; raises NaoGaitError."""
+    try:
+        content = json.loads(read_text(file, "fingerprints", LARGEST))
+        return {key: [str(digest), *map(float, pose)] for key, (digest, *pose) in content.items()}
+    except (ValueError, TypeError, AttributeError, RecursionError) as error:
+        allowed = f"output of nao_gait fingerprint ({error})"
+        raise NaoGaitError("compare", str(file), allowed) from error
+
+
+def _changed(
+    before: Mapping[str, Sequence[Any]], found: Mapping[str, Fingerprint], engines: Sequence[str]
+) -> list[str]:
+    """Keys in these engines that are gone or have another digest; new ones were not there."""
+    wanted = sorted(key for key in before if key.split("/")[0] in engines)
+    return [key for key in wanted if key not in found or before[key][0] != found[key].digest]
 
 
 def _bytes(truth: GroundTruth, status: GaitStatus | None) -> bytes:

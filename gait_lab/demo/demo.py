@@ -3,7 +3,6 @@
 import json
 import math
 import os
-import shutil
 import sys
 import time
 from collections.abc import Callable
@@ -13,7 +12,7 @@ from typing import Any
 
 from gait_lab.analysis.bag import BagWriter
 from gait_lab.analysis.recorded_trace import read_trace
-from gait_lab.demo.node_processes import NodeProcesses
+from gait_lab.demo.node_processes import NodeProcesses, empty_folder
 from gait_lab.demo.tour import (
     TOURS,
     TourPhaseResult,
@@ -97,7 +96,8 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
     began = time.monotonic()
     if not options.engine:
         options = replace(options, engine=engine_for((load_robot(options.urdf),)))
-    out = _empty_folder(options.out)
+    out = options.out
+    empty_folder(out, "*.html", "*.png", "*.gif", "*.log", "result.json")
     tour_began, problems = _walk(options, out, say)
     walked = time.monotonic() - began
     result = _evaluate(out, options, tour_began, problems)
@@ -151,20 +151,6 @@ def _walk(
         if problems:
             problems += nodes.log_tails()
     return tour_began, problems
-
-
-def _empty_folder(out: Path) -> Path:
-    """Create the folder for the results, and delete the results of an earlier demo."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        if (out / "bag").is_dir():
-            shutil.rmtree(out / "bag")
-        for pattern in ("*.html", "*.png", "*.gif", "*.log", "result.json"):
-            for old in out.glob(pattern):
-                old.unlink()
-    except OSError as error:
-        raise NaoGaitError("out", str(out), f"a folder that can be written ({error})") from error
-    return out
 
 
 def _bridge_parameters(options: DemoOptions) -> dict[str, object]:

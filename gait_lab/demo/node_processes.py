@@ -3,6 +3,7 @@
 import contextlib
 import ctypes
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,6 +12,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
+
+from robot_core.errors import NaoGaitError
 
 MODULES = {
     "sim_bridge": "sim_bridge.ros.main",
@@ -28,6 +31,18 @@ END_TIME = 60.0
 PRIORITY = 50
 """Of SCHED_FIFO, as `chrt -f 50` sets it."""
 _PR_SET_PDEATHSIG = 1
+
+
+def empty_folder(out: Path, *patterns: str) -> None:
+    """Make the folder of the results, without those of an earlier run: its bag and these files."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        if (out / "bag").is_dir():
+            shutil.rmtree(out / "bag")
+        for old in (each for pattern in patterns for each in out.glob(pattern)):
+            old.unlink()
+    except OSError as error:
+        raise NaoGaitError("out", str(out), f"a folder that can be written ({error})") from error
 
 
 def end_with_parent(parent: int) -> None:

@@ -9,7 +9,7 @@ itself measures; this tool commands, watches and writes down.
 import math
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gait_lab.drive.gait_parameters import GaitParameters
 from gait_lab.ros_session import VelocityPublisher, ros_node
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from nao_lipm_gait.calibration import Calibration, SensorCorrection
@@ -44,6 +43,8 @@ if TYPE_CHECKING:
 
 COMMAND_PERIOD = 0.1
 """Time [s] of the sensors between two velocity commands."""
+AGAIN = 1.0
+"""Wall time [s] after which a request is sent again: it or its answer may be lost."""
 
 
 class _RobotClient:
@@ -229,6 +230,57 @@ def _find_gait(node: "Node", client: _RobotClient, stop: StopRequest) -> None:
             _spin(node, stop)
             if time.monotonic() > deadline:
                 raise NaoGaitError(what, "nothing", allowed)
+
+
+class GaitParameters:
+    """Reads and sets parameters of the node `gait` of a namespace.
+
+    Args:
+        node: The node of the command.
+        spin: Lets the node take what has come; it may raise what ends the command.
+    """
+
+    def __init__(self, node: "Node", spin: Callable[[], None]) -> None:
+        from rcl_interfaces.srv import GetParameters, SetParametersAtomically
+
+        self._reader = node.create_client(GetParameters, "gait/get_parameters")
+        self._writer = node.create_client(
+            SetParametersAtomically, "gait/set_parameters_atomically"
+        )
+        self._spin = spin
+
+    def read(self, names: Sequence[str]) -> list[float | str]:
+        """Numbers and texts by name; NaoGaitError if the gait does not answer."""
+        from rcl_interfaces.srv import GetParameters
+        from rclpy.parameter import parameter_value_to_python
+
+        answer = self._ask(self._reader, GetParameters.Request(names=list(names)))
+        return [parameter_value_to_python(value) for value in answer.values]
+
+    def write(self, values: Mapping[str, float]) -> None:
+        """Set numbers; NaoGaitError if the gait refuses them, or does not answer."""
+        from rcl_interfaces.srv import SetParametersAtomically
+        from rclpy.parameter import Parameter
+
+        messages = [Parameter(name, value=value).to_parameter_msg()
+                    for name, value in values.items()]  # fmt: skip
+        request = SetParametersAtomically.Request(parameters=messages)
+        result = self._ask(self._writer, request).result
+        if not result.successful:
+            raise NaoGaitError("parameters of the gait", dict(values), result.reason)
+
+    def _ask(self, client: Any, request: Any) -> Any:
+        end, again = time.monotonic() + ANSWER, 0.0
+        answers: list[Any] = []
+        while time.monotonic() < end:
+            if time.monotonic() > again and client.service_is_ready():
+                again = time.monotonic() + AGAIN
+                answers.append(client.call_async(request))
+            self._spin()
+            done = [answer.result() for answer in answers if answer.done()]
+            if done:
+                return done[0]
+        raise NaoGaitError(client.srv_name, "nothing", f"an answer within {ANSWER:g} s")
 
 
 class _Posing:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -91,13 +90,6 @@ class FaultResult:
     outcome: str
     violations: tuple[str, ...]
     explained: tuple[str, ...]
-
-    @classmethod
-    def restored(
-        cls, run: FaultRun, violations: list[str], explained: list[str], **values: Any
-    ) -> "FaultResult":
-        """The result with these fields, as JSON keeps them; raises TypeError."""
-        return cls(run, violations=tuple(violations), explained=tuple(explained), **values)
 
 
 def run_fault(run: FaultRun) -> FaultResult:

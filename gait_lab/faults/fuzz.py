@@ -38,11 +38,6 @@ class FuzzResult:
     refused: int
     violations: tuple[str, ...]
 
-    @classmethod
-    def restored(cls, run: FuzzRun, violations: list[str], **values: Any) -> "FuzzResult":
-        """The result with these fields, as JSON keeps them; raises TypeError."""
-        return cls(run, violations=tuple(violations), **values)
-
 
 Target = tuple[st.SearchStrategy[Any], Callable[[Any, int], tuple[int, int]], int]
 TARGETS: dict[str, Target] = {

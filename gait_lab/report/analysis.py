@@ -29,7 +29,7 @@ from gait_lab.report.signals import (
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray, VelocityCommand
 from sim_bridge.trials.metrics import Metrics, fall_tick, measure
-from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT, IntArray, Trace
+from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT, IntArray, Trace, from_start
 
 SETTLE = 2.5
 """[s] after a change of the command before a stretch is measured."""
@@ -197,7 +197,7 @@ class Paths:
 
 def find_paths(walk: RecordedWalk, body: BodyTrack | None) -> Paths | None:
     """The paths; None without odometry and without ground truth."""
-    odometry = _from_start(_unwrapped(walk.odometry.value))
+    odometry = from_start(_unwrapped(walk.odometry.value))
     stamp = walk.odometry.stamp
     truth = np.empty((0, 3))
     if body is not None and body.from_truth:
@@ -211,8 +211,8 @@ def find_paths(walk: RecordedWalk, body: BodyTrack | None) -> Paths | None:
             odometry = np.full((len(stamp), 3), np.nan)
         shared, rows, own = np.intersect1d(stamp, body.stamp[known], return_indices=True)
         if len(shared):
-            stamp, truth = shared, _from_start(middle[own])
-            odometry = _from_start(odometry[rows])
+            stamp, truth = shared, from_start(middle[own])
+            odometry = from_start(odometry[rows])
     if len(stamp) < 2:
         return None
     return Paths(stamp, truth, odometry, _length(walk, truth if len(truth) else odometry))
@@ -222,15 +222,6 @@ def _unwrapped(pose: FloatArray) -> FloatArray:
     pose = pose.copy()
     pose[:, 2] = np.unwrap(pose[:, 2])
     return pose
-
-
-def _from_start(pose: FloatArray) -> FloatArray:
-    """(t, 3) poses in the frame of the first one."""
-    if not len(pose):
-        return pose
-    dx, dy = pose[:, 0] - pose[0, 0], pose[:, 1] - pose[0, 1]
-    c, s = np.cos(pose[0, 2]), np.sin(pose[0, 2])
-    return np.column_stack([c * dx + s * dy, c * dy - s * dx, pose[:, 2] - pose[0, 2]])
 
 
 def _length(walk: RecordedWalk, pose: FloatArray) -> float:

@@ -101,12 +101,12 @@ class MatchResult:
     wrong_half: int
     playing: float | None = None
     rest: float | None = None
-    duels: list[float] = field(default_factory=list)
-    frames: list[Snapshot] = field(default_factory=list)
+    duels: Sequence[float] = ()
+    frames: Sequence[Snapshot] = ()
     motion: MotionTrack | None = None
 
     @classmethod
-    def restored(cls, spec: MatchSpec, goals: list[list[Any]], **values: Any) -> "MatchResult":
+    def restored(cls, spec: MatchSpec, goals: Sequence[Any], **values: Any) -> "MatchResult":
         """The result with these fields, as JSON keeps them; raises TypeError."""
         return cls(spec, goals=[Goal(*goal) for goal in goals], **values)
 
@@ -317,8 +317,8 @@ class Match(AbstractContextManager["Match"]):
             wrong_half(goals, frames),
             round(self._ball.playing, 2),
             self._ball.rest,
-            self._ball.duels,
-            list(frames) if self.spec.frames else [],
+            tuple(self._ball.duels),
+            tuple(frames) if self.spec.frames else (),
             self._motion,
         )
 

@@ -1,7 +1,6 @@
 """A match over ROS 2: bridge with cameras, and for each robot a gait, a vision and a player."""
 
 import os
-import shutil
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gait_lab.analysis.bag import BagWriter
-from gait_lab.demo.node_processes import NodeProcesses
+from gait_lab.demo.node_processes import NodeProcesses, empty_folder
 from gait_lab.ros_session import ros_node
 from gait_lab.soccer.eyes import in_field
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene
@@ -30,7 +29,6 @@ from gait_lab.soccer.snapshots import (
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from nao_soccer.behavior.option_tree import Activation
 from nao_soccer.referee.rules import TEAM_NUMBERS, Goal, Rules
-from robot_core.errors import NaoGaitError
 from robot_core.field import TEAMS
 from robot_core.geometry import yaw_of_quaternion
 from robot_core.robot import load_robot
@@ -74,7 +72,7 @@ def run(
     import rclpy  # noqa: F401
 
     scene = match_scene(spec)
-    _empty(out)
+    empty_folder(out, "*.log", "replay.html")
     file = out / "scene.yaml"
     file.write_text(scene.to_yaml(), encoding="utf-8")
     problem: str | None = None
@@ -101,17 +99,6 @@ def run(
         sys.stderr.write(f"nao_gait match: {line}\n")
     result = None if problem else watcher.result()
     return (EXIT_FAILED if problem or failed else EXIT_OK), result
-
-
-def _empty(out: Path) -> None:
-    """Remove the results of an earlier match."""
-    try:
-        if (out / "bag").is_dir():
-            shutil.rmtree(out / "bag")
-        for old in (*out.glob("*.log"), *out.glob("replay.html")):
-            old.unlink()
-    except OSError as error:
-        raise NaoGaitError("out", str(out), f"a folder that can be written ({error})") from error
 
 
 def _start(

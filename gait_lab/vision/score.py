@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -128,29 +128,21 @@ class Score:
 
     def add(self, other: "Score") -> None:
         """Add other images."""
-        self.images += other.images
-        self.sightings += other.sightings
-        self.false += other.false
-        self.poses += other.poses
-        self.line_due += other.line_due
-        self.line_points += other.line_points
-        self.false_line_points += other.false_line_points
-        self.false_lines += other.false_lines
-        self.times += other.times
+        for each in fields(self):
+            setattr(self, each.name, getattr(self, each.name) + getattr(other, each.name))
 
-    def due(self, group: str, distance: float = RANGE) -> list[Sighting]:
-        """Objects of a group that had to be reported, up to a distance [m]."""
+    def _near(self, group: str) -> list[Sighting]:
+        """Objects of a group within `RANGE`."""
         kinds = GROUPS[group]
-        return [
-            each
-            for each in self.sightings
-            if each.due and each.kind in kinds and each.distance <= distance
-        ]
+        return [each for each in self.sightings if each.kind in kinds and each.distance <= RANGE]
 
-    def recall(self, group: str, distance: float = RANGE) -> float | None:
+    def due(self, group: str) -> list[Sighting]:
+        """Objects of a group that had to be reported."""
+        return [each for each in self._near(group) if each.due]
+
+    def recall(self, group: str) -> float | None:
         """Share of them that was reported, with its kind [%]; None without any."""
-        due = self.due(group, distance)
-        return _percent([each.seen_as is each.kind for each in due])
+        return _percent([each.seen_as is each.kind for each in self.due(group)])
 
     def false_per(self, group: str, images: int) -> float | None:
         """Percepts of a group in so many images that are of nothing, or of another kind."""
@@ -163,28 +155,24 @@ class Score:
         )
         return count * images / self.images if self.images else None
 
-    def error_median(self, group: str, distance: float = RANGE) -> float | None:
-        """Median error of what was reported up to a distance [m], of the distance [%]."""
-        errors = [
-            each.error
-            for each in self.sightings
-            if each.seen_as is not None and each.kind in GROUPS[group] and each.distance <= distance
-        ]
+    def error_median(self, group: str) -> float | None:
+        """Median error of what was reported, of the distance [%]."""
+        errors = [each.error for each in self._near(group) if each.seen_as is not None]
         return 100.0 * float(np.median(errors)) if errors else None
 
-    def line_recall(self, distance: float = RANGE) -> float | None:
-        """Share of the points of lines that was found, up to a distance [m] [%]."""
-        parts = [part[part[:, 0] <= distance, 1] for part in self.line_due]
+    def line_recall(self) -> float | None:
+        """Share of the points of lines that was found [%]."""
+        parts = [part[part[:, 0] <= RANGE, 1] for part in self.line_due]
         return _percent(np.concatenate(parts)) if parts else None
 
     def false_lines_per(self, images: int) -> float | None:
         """Images with a false line in so many images."""
         return self.false_lines * images / self.images if self.images else None
 
-    def line_error_median(self, distance: float = RANGE) -> float | None:
+    def line_error_median(self) -> float | None:
         """Median distance of line points from their line, of the distance [%]."""
         shares = [part.off / part.distance for part in self.line_points]
-        near = [part.distance <= distance for part in self.line_points]
+        near = [part.distance <= RANGE for part in self.line_points]
         if not shares or not np.concatenate(near).any():
             return None
         return 100.0 * float(np.median(np.concatenate(shares)[np.concatenate(near)]))

@@ -52,9 +52,9 @@ class LockstepPartner:
         self._message.stamp = to_time(until)
         self._publisher.publish(self._message)
 
-    def keep_up(self, ahead: float = AHEAD) -> None:
-        """Let time run `ahead` [s] of the clock that this node has handled, from now on."""
-        self._on_each_tick(self.follower(ahead))
+    def keep_up(self) -> None:
+        """Let time run `AHEAD` of the clock that this node has handled, from now on."""
+        self._on_each_tick(self.follower())
 
     def hold(self, then: Callable[[], bool]) -> None:
         """Stop time, and keep up after that.
@@ -90,9 +90,9 @@ class LockstepPartner:
 
         self._node.create_subscription(Clock, "/clock", on_clock, reliable)
 
-    def follower(self, ahead: float = AHEAD) -> Callable[[int], None]:
+    def follower(self) -> Callable[[int], None]:
         """A function for each time [ns] of the clock that this node has handled."""
-        margin, last = round(ahead * 1e9), -1
+        margin, last = round(AHEAD * 1e9), -1
 
         def follow(now: int) -> None:
             nonlocal last

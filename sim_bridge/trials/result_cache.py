@@ -27,7 +27,7 @@ class ResultCache:
     Args:
         path: The file; it need not exist.
         restore: Makes the result of a run, `restore(item, **values)`. The values are the fields of
-            the result but its first, which is the run itself, as JSON keeps them.
+            the result but its first, which is the run itself, as JSON keeps them; lists as tuples.
 
     Raises:
         NaoGaitError: The file cannot be read.
@@ -42,7 +42,11 @@ class ResultCache:
         try:
             for line in read_text(self._path, "results", LARGEST).splitlines():
                 values = json.loads(line)
-                self._lines[values.pop(_KEY)] = values
+                key = values.pop(_KEY)
+                self._lines[key] = {
+                    name: tuple(each) if isinstance(each, list) else each
+                    for name, each in values.items()
+                }
         except (ValueError, AttributeError, KeyError, TypeError, RecursionError) as error:
             allowed = f"a file of finished runs ({type(error).__name__}: {error})"
             raise NaoGaitError("resume", path, allowed) from error

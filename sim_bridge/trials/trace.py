@@ -203,3 +203,12 @@ def _support_sole_in_q(status: GaitStatus) -> tuple[float, float, float]:
     dx, dy = sole[0] - qx, sole[1] - qy
     cos, sin = math.cos(q_yaw), math.sin(q_yaw)
     return cos * dx + sin * dy, cos * dy - sin * dx, sole[5] - q_yaw
+
+
+def from_start(pose: FloatArray) -> FloatArray:
+    """Poses (t, 3) x, y [m], yaw [rad] in the frame of the first one."""
+    if not len(pose):
+        return pose
+    dx, dy = pose[:, 0] - pose[0, 0], pose[:, 1] - pose[0, 1]
+    c, s = np.cos(pose[0, 2]), np.sin(pose[0, 2])
+    return np.column_stack([c * dx + s * dy, c * dy - s * dx, pose[:, 2] - pose[0, 2]])

@@ -1,7 +1,5 @@
 """The pinhole model, and where the cameras of the robots look."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

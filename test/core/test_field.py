@@ -1,7 +1,5 @@
 """The geometry of the field."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Shipped files are found in every kind of installation, and a missing file is reported clearly."""
 
-from __future__ import annotations
-
 import importlib.util
 import shutil
 import subprocess

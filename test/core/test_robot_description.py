@@ -1,7 +1,5 @@
 """One robot from two files: the shipped NAO."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Robot files that are refused, with the path of the key and what is allowed."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What of a URDF is refused, with the place and the remedy, and what is taken as it comes."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from pathlib import Path
 

@@ -8,8 +8,9 @@ import pytest
 
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters, load_preset
-from nao_lipm_gait.walks.base import BodyTargets, SoleTarget, make_walk
+from nao_lipm_gait.walks.base import BodyTargets, SoleTarget, Walk, make_walk
 from nao_lipm_gait.walks.lipm.walk import LipmWalk
+from nao_lipm_gait.walks.preview.walk import PreviewWalk
 from nao_lipm_gait.walks.zmp.trajectories import (
     entry_speed,
     lift,
@@ -98,7 +99,7 @@ def test_weight_swings_in_from_rest_and_out_to_rest() -> None:
 # -- the walk --------------------------------------------------------------------------------------
 
 
-def walked(walk: ZmpWalk, command: VelocityCommand, seconds: float) -> list[BodyTargets]:
+def walked(walk: Walk, command: VelocityCommand, seconds: float) -> list[BodyTargets]:
     targets = []
     for _ in range(round(seconds / DT)):
         walk.expect()
@@ -107,8 +108,8 @@ def walked(walk: ZmpWalk, command: VelocityCommand, seconds: float) -> list[Body
     return targets
 
 
-def started(command: VelocityCommand = FORWARD, parameters: GaitParameters = ZMP) -> ZmpWalk:
-    walk = ZmpWalk(parameters, DT)
+def started(command: VelocityCommand = FORWARD, name: str = "zmp") -> Walk:
+    walk = make_walk(GaitParameters(walk=name), DT)
     walked(walk, STANDSTILL, 0.3)
     walk.start(command)
     return walk
@@ -144,6 +145,7 @@ def test_nothing_jumps_and_a_standing_foot_stands(command: VelocityCommand) -> N
     assert ((lefts[:, 2] == 0.0) | (rights[:, 2] == 0.0)).all()
 
 
+@pytest.mark.parametrize("name", ["zmp", "preview"])
 @pytest.mark.parametrize(
     ("command", "axis"),
     [
@@ -153,8 +155,8 @@ def test_nothing_jumps_and_a_standing_foot_stands(command: VelocityCommand) -> N
         (VelocityCommand(0.0, 0.0, 0.5), 2),
     ],
 )
-def test_walks_at_the_commanded_speed(command: VelocityCommand, axis: int) -> None:
-    walk = started(command)
+def test_walks_at_the_commanded_speed(command: VelocityCommand, axis: int, name: str) -> None:
+    walk = started(command, name)
     walked(walk, command, 4.0)
     before = walk.predicted.q_in_odom[axis]
     walked(walk, command, 7.0)  # a whole number of full strides of 0.7 s
@@ -171,14 +173,26 @@ def test_both_feet_stand_for_the_published_share_of_a_step() -> None:
     assert highest == pytest.approx(ZMP.swing_lift, rel=0.1)
 
 
-def test_mirrored_commands_give_mirrored_walks() -> None:
+@pytest.mark.parametrize("name", ["zmp", "preview"])
+def test_mirrored_commands_give_mirrored_walks(name: str) -> None:
     one, other = VelocityCommand(0.1, 0.05, 0.3), VelocityCommand(0.1, -0.05, -0.3)
     for a, b in zip(
-        walked(started(one), one, 3.0), walked(started(other), other, 3.0), strict=True
+        walked(started(one, name), one, 3.0), walked(started(other, name), other, 3.0), strict=True
     ):
         assert a.com_in_q == pytest.approx((b.com_in_q[0], -b.com_in_q[1], b.com_in_q[2]))
         left, right = a.left_sole, b.right_sole
         assert (left.x, left.y, left.z) == pytest.approx((right.x, -right.y, right.z))
+
+
+@pytest.mark.parametrize("name", ["zmp", "preview"])
+def test_a_walk_is_the_same_wherever_it_begins(name: str) -> None:
+    here, there = (make_walk(GaitParameters(walk=name), DT) for _ in range(2))
+    there.stand_at((40.0, -7.0, 2.0))
+    command = VelocityCommand(0.15, 0.03, 0.2)
+    for walk in (here, there):
+        walk.start(command)
+    for a, b in zip(walked(here, command, 3.0), walked(there, command, 3.0), strict=True):
+        assert a.com_in_q == pytest.approx(b.com_in_q, abs=1e-9)
 
 
 def test_the_expected_com_was_sent_one_delay_ago() -> None:
@@ -236,6 +250,7 @@ def test_a_stop_lasts_longer_by_the_pause_and_nothing_moves_in_it(name: str) -> 
 def test_the_parameter_chooses_the_walk() -> None:
     assert isinstance(make_walk(GaitParameters(), DT), LipmWalk)
     assert isinstance(make_walk(ZMP, DT), ZmpWalk)
+    assert isinstance(make_walk(GaitParameters(walk="preview"), DT), PreviewWalk)
     with pytest.raises(NaoGaitError, match="lipm, zmp"):
         GaitParameters(walk="hop")
 
@@ -252,12 +267,13 @@ def frames(robot_joints: Sequence[float], count: int) -> list[SensorFrame]:
     ]
 
 
-@pytest.mark.parametrize("robot_name", ["nao_h21_v33", "bruno"])
-def test_the_gait_walks_and_stops_on_both_robots(robot_name: str) -> None:
+@pytest.mark.parametrize(
+    ("robot_name", "preset"),
+    [("nao_h21_v33", "zmp"), ("bruno", "bruno"), ("nao_h21_v33", "preview")],
+)
+def test_the_gait_walks_and_stops(robot_name: str, preset: str) -> None:
     robot = load_robot(robot_name)
-    gait = Gait(robot, load_preset("default" if robot_name != "bruno" else robot.preset).replace(
-        walk="zmp"
-    ))  # fmt: skip
+    gait = Gait(robot, load_preset(preset))
     states = []
     for i, frame in enumerate(frames(robot.stand_pose, 700)):
         command = FORWARD if 100 <= i < 350 else STANDSTILL

@@ -129,19 +129,6 @@ def test_a_policy_that_does_not_exist_is_refused(name: str, setting: str) -> Non
         suite.plan(name, {"policy": (setting,)})
 
 
-@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
-def test_an_image_costs_more_than_nothing(engine: str) -> None:
-    pytest.importorskip(engine)
-    asked = options("render", engine=engine, scene="pitch_small", images=1, width=64, height=48)
-    try:
-        rows: Any = suite.find_suite("render").run(asked).values
-    except NaoGaitError as error:
-        if error.field == "cameras":
-            pytest.skip(f"no images here: {error.allowed}")
-        raise
-    assert 0.0 < rows["render_median"] <= rows["render_worst"]
-
-
 def test_compute_measures_ticks_and_rollouts() -> None:
     rows: Any = values(compute.measure(options("compute", window=0.5)))
     assert 1.0 < rows["tick_p50"] <= rows["tick_p99"]

@@ -1,7 +1,5 @@
 """Pictures show the robot where it is put."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """A NAO and a Bruno in one scene: what each sees of ball and other robot, against the truth."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

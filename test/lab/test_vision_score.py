@@ -130,4 +130,4 @@ def test_points_off_every_line_are_false():
     on_line = points + (3.0 - 1.3, -0.3)  # the halfway line is 3 m ahead
     good = score_image(image, view, replace(percepts, line_points=on_line), geometry)
     assert good.false_line_points == 0
-    assert good.line_error_median(5.0) == pytest.approx(0.0, abs=1e-6)
+    assert good.line_error_median() == pytest.approx(0.0, abs=1e-6)

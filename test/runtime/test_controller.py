@@ -107,6 +107,13 @@ class Robot:
         return {report.name: report for report in self.controller.reports()}
 
 
+def standing() -> Robot:
+    """A robot that has stood for a second."""
+    robot = Robot()
+    robot.tick(100)
+    return robot
+
+
 @pytest.mark.parametrize(
     ("waited", "level"),
     [pytest.param(0.0, Level.OK, id="lockstep"), pytest.param(0.02, Level.WARN, id="in time")],
@@ -140,8 +147,7 @@ def test_a_tick_that_takes_too_long_is_reported_unless_the_robot_waits_for_it(
 
 
 def test_healthy_reports_are_quiet() -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     said = robot.reports()
     assert {report.level for report in said.values()} == {Level.OK}
     assert (said["sensors"].message, said["commands"].message) == (
@@ -170,8 +176,7 @@ def test_publishers_that_are_one_too_many_are_reported(
 
 
 def test_a_command_that_is_too_old_is_reported_as_the_reason_of_the_stop() -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     robot.drive(0.1)
     robot.tick(20)
     assert robot.controller.state is GaitState.WALK
@@ -186,8 +191,7 @@ def test_a_command_that_is_too_old_is_reported_as_the_reason_of_the_stop() -> No
 
 @pytest.mark.parametrize("relaxed", [False, True])
 def test_a_gait_that_cannot_go_on_restarts(relaxed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     if relaxed:
         robot.controller.relax()
         robot.tick(5)
@@ -223,8 +227,7 @@ def test_reports_do_not_grow_with_a_flood() -> None:
 
 
 def test_a_robot_in_lockstep_with_a_stuck_imu_is_answered() -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     robot.drive(0.1)
     robot.imu_stuck = True
     for _ in range(300):
@@ -245,8 +248,7 @@ def test_a_robot_in_lockstep_with_a_stuck_imu_is_answered() -> None:
 def test_joint_states_that_come_too_soon_are_answered_and_do_not_stop_the_walk(
     steps: tuple[float, ...],
 ) -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     for n in range(600):
         if n % 10 == 0:
             robot.drive(0.1)
@@ -274,8 +276,7 @@ def test_a_rate_that_is_not_the_control_period_is_named() -> None:
 
 
 def test_a_reset_of_the_robot_is_one_line() -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     robot.drive(0.1)
     robot.tick(30)
     robot.now += 0.6
@@ -289,8 +290,7 @@ def test_a_reset_of_the_robot_is_one_line() -> None:
 
 
 def test_a_stamp_from_which_nothing_continues_is_reported() -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     right = robot.stamp
     robot.stamp += 900 * MS
     robot.send()
@@ -305,8 +305,7 @@ def test_a_stamp_from_which_nothing_continues_is_reported() -> None:
 @pytest.mark.parametrize("silent", [0.0, 1.0])
 @pytest.mark.parametrize("jump", [1_000, -500, 5_000, 250, 4])
 def test_a_relaxed_robot_stays_relaxed_whatever_the_clock_does(jump: int, silent: float) -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     robot.controller.relax()
     robot.tick(20)
     robot.stamp += jump * MS
@@ -318,8 +317,7 @@ def test_a_relaxed_robot_stays_relaxed_whatever_the_clock_does(jump: int, silent
 
 @pytest.mark.parametrize("change", [{"feedback_delay": 0.05}, {"walk": "zmp"}])
 def test_a_relaxed_robot_stays_relaxed_when_parameters_change(change: dict[str, object]) -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     robot.controller.relax()
     robot.tick(20)
     robot.controller.change_parameters(change)
@@ -397,8 +395,7 @@ def test_a_seated_robot_stays_seated_through_a_gap_and_refuses_a_restart() -> No
 
 
 def test_a_robot_without_an_imu_whose_clock_goes_back_still_takes_commands() -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     robot.imu_behind = None
     robot.tick(100)
     robot.stamp -= 1_800 * MS
@@ -425,8 +422,7 @@ def test_an_imu_on_another_clock_is_named() -> None:
 
 
 def test_what_the_robot_does_is_logged_once_each() -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     robot.drive(0.1)
     robot.tick(200)
     robot.drive(0.1)
@@ -445,8 +441,7 @@ def test_what_the_robot_does_is_logged_once_each() -> None:
 
 
 def test_a_fall_is_logged() -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     robot.imu_force = (9.8, 0.0, 0.0)
     robot.tick(200)
     assert robot.controller.state is GaitState.FALLEN
@@ -537,8 +532,7 @@ def test_when_a_robot_asks_again_is_when_its_message_arrived() -> None:
 
 
 def test_a_driver_that_is_late_again_and_again_is_few_lines() -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     for _ in range(40):
         robot.drive(0.1)
         robot.tick(60)
@@ -565,8 +559,7 @@ def test_only_the_last_get_up_that_fails_is_a_warning() -> None:
 
 
 def test_an_outage_of_the_imu_is_logged_when_it_begins_and_ends() -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     robot.imu_behind = None
     robot.tick(500)
     robot.imu_behind = 0
@@ -577,8 +570,7 @@ def test_an_outage_of_the_imu_is_logged_when_it_begins_and_ends() -> None:
 
 
 def test_an_idle_robot_is_no_warning() -> None:
-    robot = Robot()
-    robot.tick(100)
+    robot = standing()
     robot.drive(0.1)
     robot.tick(300)
     assert robot.reports()["commands"].level == Level.WARN

@@ -1,7 +1,5 @@
 """The body of an individual against Pinocchio on the plain URDF, and against its own shapes."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import xml.etree.ElementTree as ET

@@ -1,7 +1,5 @@
 """Images of the simulated robots: where things are in them, when they come, what spoils them."""
 
-from __future__ import annotations
-
 import ctypes.util
 import math
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The delay line against its definition: the newest item that is old enough, unchanged."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """Floor and self-collision in every physics engine."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

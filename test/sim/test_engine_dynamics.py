@@ -4,8 +4,6 @@ Black box wherever possible: masses, inertias and torques are judged by how the 
 Pinocchio on the same URDF, not by the parameters that the engine reports.
 """
 
-from __future__ import annotations
-
 import dataclasses
 
 import attrs

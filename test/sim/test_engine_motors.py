@@ -1,7 +1,5 @@
 """Joints and torques in every physics engine."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

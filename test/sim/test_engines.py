@@ -1,7 +1,5 @@
 """Two engines, one robot: what both do alike, and what an engine refuses."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

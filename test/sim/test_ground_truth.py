@@ -1,7 +1,5 @@
 """Ground truth of the world: centre of mass, velocities, slip, motors at their limit."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 
 import attrs

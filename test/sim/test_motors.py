@@ -1,7 +1,5 @@
 """What every engine's motors share: where setpoints go, and how strong a motor is."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import attrs

@@ -1,7 +1,5 @@
 """Plants: the shipped ones, files that are based on others, and the refusal of wrong options."""
 
-from __future__ import annotations
-
 import copy
 import math
 from pathlib import Path

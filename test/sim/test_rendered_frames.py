@@ -1,7 +1,5 @@
 """What a robot of a scene sees, with what it measures and the truth."""
 
-from __future__ import annotations
-
 import attrs
 import numpy as np
 import pytest

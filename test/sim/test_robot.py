@@ -1,7 +1,5 @@
 """Commands and pushes of a simulated robot, and those that are refused."""
 
-from __future__ import annotations
-
 import math
 
 import attrs

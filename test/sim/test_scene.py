@@ -1,7 +1,5 @@
 """Scenes: the shipped files, and what is refused in a file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Sensors against first principles: signs, frames, resolution and noise."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import xml.etree.ElementTree as ET

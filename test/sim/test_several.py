@@ -1,7 +1,5 @@
 """Several gaits on one pitch, in one process."""
 
-from __future__ import annotations
-
 import math
 from itertools import islice
 

@@ -1,7 +1,5 @@
 """Several robots in one world, the same in both engines."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """When the bridge steps, in real time and in lockstep, and what it logs. No process, no sleep."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -160,7 +158,7 @@ class Bridge:
     def report_wait(self, waited: float) -> None:
         self.log.append(f"waits for {waited:.0f} s")
 
-    def get_logger(self) -> Bridge:
+    def get_logger(self) -> "Bridge":
         return self
 
     def info(self, message: str) -> None:

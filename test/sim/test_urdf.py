@@ -1,7 +1,5 @@
 """The URDF files of the NAO against numbers that come from elsewhere, and against its symmetry."""
 
-from __future__ import annotations
-
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """A world with one robot: time, delay, reset, start states, determinism, end."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Joints as they wear: rotors, servo stiffness, play, dry friction; only MuJoCo has them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -83,7 +83,7 @@ def faults(options: Options) -> Iterator[Row | str]:
     verdicts: list[FaultResult] = options.map(
         scope.run, runs, label="faults",
         note=lambda verdict: f"{verdict.run.fault}: {verdict.outcome}",
-        restore=FaultResult.restored,
+        restore=FaultResult,
     )  # fmt: skip
     by_class: dict[str, list[FaultResult]] = {}
     for verdict in verdicts:
@@ -125,7 +125,7 @@ def fuzz(options: Options) -> Iterator[Row | str]:
         runs = [FuzzRun(target, options.seed + index, max(1, length // share))
                 for index, length in enumerate(lengths)]  # fmt: skip
         for one in options.map(
-            run_fuzz, runs, label=target, restore=FuzzResult.restored,
+            run_fuzz, runs, label=target, restore=FuzzResult,
             note=lambda one: f"{len(one.violations)} violations",
         ):  # fmt: skip
             ticks[target] += one.run.ticks

@@ -20,7 +20,7 @@ from nao_lipm_gait.runtime.commands import LONGEST_BIAS_WAIT, BiasWait
 from robot_core.types import STANDSTILL, VelocityCommand
 from sim_bridge.trials.rollout import RolloutSpec, make_pair
 from sim_bridge.trials.tasks import TASKS
-from sim_bridge.trials.trace import FloatArray, Recorder, Trace
+from sim_bridge.trials.trace import Recorder, Trace, from_start
 from sim_bridge.trials.trial import CONTROL_PERIOD, Action, Policy, Tick, run
 
 STOP_TIME = 2.0
@@ -120,7 +120,7 @@ def evaluate(trace: Trace, stood: float) -> CourseResult:
     odometry[:, 2] = np.unwrap(odometry[:, 2])
     yaw = np.unwrap(trace.sole_yaw, axis=0).mean(axis=1)
     truth = np.column_stack([trace.sole_position[:, :, :2].mean(axis=1), yaw])[rows]
-    walked, seen = _from_start(truth), _from_start(odometry)
+    walked, seen = from_start(truth), from_start(odometry)
     driven = np.flatnonzero(trace.command[rows].any(axis=1))
     error = seen[-1] - walked[-1]
     pieces = np.diff(truth[::PIECE, :2], axis=0)
@@ -131,14 +131,6 @@ def evaluate(trace: Trace, stood: float) -> CourseResult:
         heading_error=float(error[2]),
         place_error=math.hypot(error[0], error[1]),
     )
-
-
-def _from_start(pose: FloatArray) -> FloatArray:
-    """Poses (t, 3) [m, m, rad] in the frame of the first one."""
-    moved = pose - pose[0]
-    cos, sin = math.cos(pose[0, 2]), math.sin(pose[0, 2])
-    x, y = moved[:, 0], moved[:, 1]
-    return np.column_stack([cos * x + sin * y, cos * y - sin * x, moved[:, 2]])
 
 
 @suite(
