@@ -52,9 +52,11 @@ ROBOT_PAN_MAX = 1.9
 """[rad] Bearing up to which the neck lets it look for a robot."""
 ROBOT_HEIGHT = 0.2
 """[m] Height of the point to look at."""
-SCAN = (1.0, 0.0, 0.0), (4.5, 0.0, 0.0)
-"""[m] What the head looks at in turn while the robot turns to search. The cameras of a NAO leave a
-gap between them, 0.9 to 1.1 m away in the far look, 0.4 to 0.5 m in the near one."""
+SCAN = 1.0, 4.5
+"""[m] How far away the head looks in turn while the robot turns to search. The cameras of a NAO
+leave a gap between them, 0.9 to 1.1 m away in the far look, 0.4 to 0.5 m in the near one."""
+SCAN_BEARING = -1.0
+"""[rad] where it looks then: ahead of the turn, so that what lies behind is seen sooner."""
 SCAN_PERIOD = 0.8
 """[s] of one near and one far look."""
 BALL_RADIUS = 0.05
@@ -80,7 +82,9 @@ class Looking:
         if mode is HeadMode.AHEAD:
             return LookAt(_on_way(state, now), Frame.FOOTPRINT)
         if mode is HeadMode.SCAN:
-            return LookAt(SCAN[now % SCAN_PERIOD < 0.5 * SCAN_PERIOD], Frame.FOOTPRINT)
+            far = SCAN[now % SCAN_PERIOD < 0.5 * SCAN_PERIOD]
+            place = far * math.cos(SCAN_BEARING), far * math.sin(SCAN_BEARING), 0.0
+            return LookAt(place, Frame.FOOTPRINT)
         if now < self._since or now < self._glance_end - 60.0:  # the clock started anew
             self._since = self._glance_end = -math.inf
         ball = _at_ball(state.ball)

@@ -26,7 +26,7 @@ class HeadMode(StrEnum):
         BALL: Follow the ball; search if it is not known where it is.
         LOCALIZE: Look at the landmarks that improve the own pose most.
         AHEAD: Look ahead and to both sides, and at robots near by, to know where others are.
-        SCAN: Look straight ahead, near and far in turn: a turning robot sees all ground around it.
+        SCAN: Look to the right, near and far in turn: a robot that turns there sees all ground.
         FREE: The gait controls the head.
     """
 
