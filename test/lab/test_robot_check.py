@@ -44,9 +44,10 @@ def test_the_preset_of_t1_differs_from_the_fitted_walk_where_it_says_so() -> Non
     assert own["torso_pitch"] > rule["torso_pitch"]
     assert own["com_height"] == own["pendulum_height"] > rule["com_height"]
     lower = ("swing_lift", "step_forward_max", "step_backward_max", "step_side_max",
-             "step_turn_max", "step_side_share", "offset_time", "arm_swing")  # fmt: skip
+             "step_side_share", "offset_time", "arm_swing")  # fmt: skip
     assert all(own[name] < rule[name] for name in lower)
-    changed = ("torso_pitch", "com_height", "pendulum_height", *lower)
+    assert own["step_turn_max"] > rule["step_turn_max"]
+    changed = ("torso_pitch", "com_height", "pendulum_height", "step_turn_max", *lower)
     same = {**rule, **{name: own[name] for name in changed}}
     assert own == pytest.approx(same, abs=1e-4)
 
