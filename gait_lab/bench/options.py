@@ -10,6 +10,7 @@ from typing import Any
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from robot_core.errors import NaoGaitError
 from robot_core.resources import names
+from robot_core.schema import Anything, Choice, Kind, Number
 from sim_bridge.plant import Plant, load_plant, option_text, parse_options, with_options
 from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.result_cache import ResultCache
@@ -27,7 +28,6 @@ class Option:
         flags: Names on the command line; empty for `--` and the name of the option.
         parse: Converts a text; None for the type of the default, or str for a repeated option.
         minimum: Smallest allowed value.
-        above: The value has to be larger than this.
         maximum: Largest allowed value.
         choices: All allowed values; empty if they are not listed.
     """
@@ -38,7 +38,6 @@ class Option:
     flags: tuple[str, ...] = ()
     parse: Callable[[str], Any] | None = None
     minimum: float = -math.inf
-    above: float = -math.inf
     maximum: float = math.inf
     choices: tuple[str, ...] = ()
 
@@ -47,39 +46,32 @@ class Option:
         """It may be given several times."""
         return isinstance(self.default, tuple)
 
+    @property
+    def _parser(self) -> Callable[[str], Any]:
+        return self.parse or (str if self.repeated else type(self.default))
+
+    @property
+    def _kind(self) -> Kind:
+        """Which values, or items, it takes."""
+        if self.choices:
+            return Choice(self.choices)
+        if self._parser in (int, float):
+            return Number(self.minimum, self.maximum, whole=self._parser is int)
+        return Anything()
+
     def read(self, text: str) -> Any:
         """The value of a text; raises NaoGaitError if it is none."""
-        parse = self.parse or (str if self.repeated else type(self.default))
         try:
-            return parse(text)
+            return self._parser(text)
         except NaoGaitError:
             raise
         except ValueError as error:
-            kinds: Mapping[Any, str] = {int: "a whole number", float: "a number"}
-            allowed = kinds.get(parse, self.allowed)
-            raise NaoGaitError(self.flags[0].lstrip("-"), text, allowed) from error
+            raise NaoGaitError(self.flags[0].lstrip("-"), text, self._kind.allowed) from error
 
     def check(self, value: Any) -> None:
         """Raise NaoGaitError if the value, or an item of it, is not allowed."""
         for each in value if self.repeated else (value,):
-            if self.choices:
-                good = each in self.choices
-            elif isinstance(each, bool) or not isinstance(each, int | float):
-                good = True
-            else:
-                good = self.minimum <= each <= self.maximum and each > self.above
-            if not good:
-                raise NaoGaitError(self.flags[0].lstrip("-"), each, self.allowed)
-
-    @property
-    def allowed(self) -> str:
-        """The allowed values in words."""
-        if self.choices:
-            return " or ".join(filter(None, (", ".join(self.choices[:-1]), self.choices[-1])))
-        low = f"over {self.above:g}" if math.isfinite(self.above) else f"{self.minimum:g}"
-        if math.isfinite(self.maximum):
-            return f"{low} to {self.maximum:g}"
-        return low if low.startswith("over") else f"at least {low}"
+            self._kind.check(self.flags[0].lstrip("-"), each)
 
 
 SHARED: Mapping[str, Option] = {

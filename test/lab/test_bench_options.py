@@ -47,7 +47,7 @@ def test_a_file_in_the_folder_is_a_suite(
     assert cli.main(["bench", "hop", "--hops", "4", "--json", str(file)]) == 0
     assert '"value": 12' in file.read_text()
     assert cli.main(["bench", "hop", "--hops", "10"]) != 0
-    assert "hops: got 10; allowed: 1 to 9" in capsys.readouterr().err
+    assert "hops: got 10; allowed: a whole number from 1 to 9" in capsys.readouterr().err
     (run,) = (run for run in plan("all", {}) if run.suite.name == "hop")
     assert run.command == "nao_gait bench hop --hops 1"
 

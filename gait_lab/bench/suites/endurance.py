@@ -114,7 +114,7 @@ def loop_rows(name: str, journeys: Sequence[list[Stretch]]) -> list[Row]:
     "endurance", "Endurance", "falls per kilometre of random commands in all directions",
     options={
         "robots": 20, "open_loop": ...,
-        "metres": Option(50.0, "distance that each robot walks", "M", above=0.0, maximum=1e5),
+        "metres": Option(50.0, "distance that each robot walks", "M", minimum=0.01, maximum=1e5),
     },
     quick=({"robots": 4, "metres": 5.0},),
 )  # fmt: skip
