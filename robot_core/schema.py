@@ -504,6 +504,18 @@ def parse_yaml(text: str, where: str) -> Any:
         raise NaoGaitError(where, reason, "a readable YAML file") from error
 
 
+def value_of(text: str) -> Any:
+    """The value of a word of a command line, as YAML reads it, but that 1e4 is a number."""
+    try:
+        value = parse_yaml(text, "")
+    except NaoGaitError:
+        value = text
+    if isinstance(value, str):
+        with contextlib.suppress(ValueError):
+            value = float(value)
+    return value
+
+
 def _check_size(text: str, where: str) -> None:
     """Refuse a YAML text that is too deep or too large once its aliases are replaced."""
     sizes: dict[str, int] = {}

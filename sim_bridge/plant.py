@@ -5,7 +5,6 @@ and names only what differs. A backend compiles the plant for its engine and ref
 the engine cannot model; it never ignores one.
 """
 
-import contextlib
 from collections.abc import Iterable
 from typing import Any
 
@@ -385,15 +384,7 @@ def parse_options(settings: Iterable[str]) -> tuple[PlantOption, ...]:
         name, equals, text = setting.partition("=")
         if not equals or not text.strip():
             raise NaoGaitError("plant option", setting, "section.option=value")
-        option = _option(name)
-        try:
-            value = schema.parse_yaml(text, name)
-        except NaoGaitError:
-            value = text
-        if isinstance(value, str):  # YAML reads 1e4 as a text
-            with contextlib.suppress(ValueError):
-                value = float(value)
-        options.append((name, option.kind.check(name, value)))
+        options.append((name, _option(name).kind.check(name, schema.value_of(text))))
     return tuple(options)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from robot_core.errors import NaoGaitError
 from robot_core.resources import names
-from robot_core.schema import Anything, Choice, Kind, Number
+from robot_core.schema import Anything, Choice, Kind, Number, value_of
 from sim_bridge.plant import Plant, load_plant, option_text, parse_options, with_options
 from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.result_cache import ResultCache
@@ -293,22 +293,10 @@ def _text(value: Any) -> str:
 
 def with_settings(parameters: GaitParameters, settings: Iterable[str]) -> GaitParameters:
     """Parameters with `name=value` settings of a command line; raises NaoGaitError."""
-    changes: dict[str, float | bool | str] = {}
+    changes = {}
     for setting in settings:
         name, equals, text = setting.partition("=")
-        parameter = BY_NAME.get(name)
-        if parameter is None or not equals:
+        if name not in BY_NAME or not equals:
             raise NaoGaitError("set", setting, f"name=value, name one of {', '.join(BY_NAME)}")
-        words = {"true": True, "false": False}
-        if parameter.is_switch:
-            if text.lower() not in words:
-                raise NaoGaitError(name, text, parameter.allowed)
-            changes[name] = words[text.lower()]
-        elif parameter.choices:
-            changes[name] = text
-        else:
-            try:
-                changes[name] = float(text)
-            except ValueError:
-                raise NaoGaitError(name, text, parameter.allowed) from None
+        changes[name] = BY_NAME[name].check(value_of(text))
     return parameters.replace(**changes)

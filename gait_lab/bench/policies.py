@@ -6,7 +6,7 @@ import attrs
 
 from gait_lab.bench.options import Option, Options
 from nao_soccer.behavior.duel import DuelSettings
-from robot_core.errors import NaoGaitError
+from robot_core.schema import value_of
 
 _CONSTANTS = ", ".join(each.name for each in attrs.fields(DuelSettings))
 POLICIES = {
@@ -24,11 +24,5 @@ def policies(options: Options) -> tuple[DuelSettings, DuelSettings]:
 
 
 def _policy(settings: Sequence[str]) -> DuelSettings:
-    values: dict[str, float] = {}
-    for setting in settings:
-        name, _, text = setting.partition("=")
-        try:
-            values[name] = float(text)
-        except ValueError:
-            raise NaoGaitError("policy", setting, "name=value, a number") from None
-    return DuelSettings.from_mapping(values, "policy: ")
+    words = (setting.partition("=") for setting in settings)
+    return DuelSettings.from_mapping({name: value_of(text) for name, _, text in words}, "policy: ")
