@@ -6,7 +6,7 @@ import subprocess
 import sys
 import threading
 import time
-from typing import Any
+from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
@@ -47,7 +47,6 @@ from robot_core.ros.parameters import (
     declare,
     load_parameter_file,
     node_parameter,
-    of_type,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.patience import ANSWER
@@ -144,32 +143,26 @@ class LolaBridgeNode(Node):
     # -- making ------------------------------------------------------------------------------------
 
     def _read_settings(self) -> DriverSettings:
-        def number(field: Any) -> float:
-            return of_type(declare(self, field), float)
-
-        def switch(field: Any) -> bool:
-            return of_type(declare(self, field), bool)
-
+        value = partial(declare, self)
         lower, upper, speed = self._joints.limits()
         safety = SafetySettings(
-            period=number(CONTROL_PERIOD),
-            stiffness_ramp=number(STIFFNESS_RAMP),
-            silence_time=number(SILENCE_TIME),
-            sit_time=number(SIT_TIME),
+            period=value(CONTROL_PERIOD),
+            stiffness_ramp=value(STIFFNESS_RAMP),
+            silence_time=value(SILENCE_TIME),
+            sit_time=value(SIT_TIME),
             lower=lower,
             upper=upper,
             speed=speed,
             driven=self._joints.driven,
             sit=self._joints.from_gait(sitting_pose(self._robot)),
-            dry_run=switch(DRY_RUN),
-            wait_for_button=switch(WAIT_FOR_BUTTON),
+            dry_run=value(DRY_RUN),
+            wait_for_button=value(WAIT_FOR_BUTTON),
             motors=MotorLimits(
-                number(MOTOR_HOT), number(MOTOR_COOL), number(MOTOR_ERROR), number(MOTOR_TIME),
-                number(MOTOR_CURRENT),
+                value(MOTOR_HOT), value(MOTOR_COOL), value(MOTOR_ERROR), value(MOTOR_TIME),
+                value(MOTOR_CURRENT),
             ),
         )  # fmt: skip
-        socket_path = of_type(declare(self, SOCKET), str)
-        return DriverSettings(socket_path, switch(LOCKSTEP), safety)
+        return DriverSettings(value(SOCKET), value(LOCKSTEP), safety)
 
     def _make_topics(self) -> None:
         robot: RobotDescription = self._robot

@@ -58,7 +58,6 @@ from robot_core.ros.parameters import (
     load_parameter_file,
     load_robot_parameter,
     node_parameter,
-    of_type,
     refused,
     set_in_turns,
     warn_of_unknown_overrides,
@@ -135,21 +134,20 @@ class GaitNode(Node):
 
     def __init__(self, *, times_arrival: bool = True) -> None:
         super().__init__("gait", automatically_declare_parameters_from_overrides=True)
-        text = partial(of_type, kind=str)
         self._robot = load_robot_parameter(self, URDF, ROBOT, load_robot)
         preset = load_parameter_file(self, PRESET, partial(preset_for, self._robot))
         motions = load_parameter_file(self, MOTIONS, partial(library_of, self._robot))
         calibration_of_robot = partial(calibration_of, self._robot)
         calibration = load_parameter_file(self, CALIBRATION, calibration_of_robot)
-        period = of_type(declare(self, CONTROL_PERIOD), float)
-        stamped = of_type(declare(self, STAMPED), bool)
-        timeout = of_type(declare(self, TIMEOUT), float)
-        bias_wait = of_type(declare(self, BIAS_WAIT), float)
-        hot_speed = of_type(declare(self, HOT_SPEED), float)
-        self._measures_age = of_type(declare(self, SENSOR_AGE), bool)
-        coasts = of_type(declare(self, COAST), bool)
-        interface = text(declare(self, INTERFACE))
-        self._prefix = text(declare(self, FRAME_PREFIX))
+        period = declare(self, CONTROL_PERIOD)
+        stamped = declare(self, STAMPED)
+        timeout = declare(self, TIMEOUT)
+        bias_wait = declare(self, BIAS_WAIT)
+        hot_speed = declare(self, HOT_SPEED)
+        self._measures_age: bool = declare(self, SENSOR_AGE)
+        coasts = declare(self, COAST)
+        interface = declare(self, INTERFACE)
+        self._prefix: str = declare(self, FRAME_PREFIX)
         parameters = self._declare_gait_parameters(preset)
         warm_up(self._robot, parameters, ControllerSettings(period, timeout))
         settings = ControllerSettings(period, timeout, bias_wait=bias_wait, hot_speed=hot_speed)

@@ -35,7 +35,6 @@ from robot_core.ros.parameters import (
     load_parameter_file,
     load_robot_parameter,
     node_parameter,
-    of_type,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.topics import LATCHED, Inputs, transform_broadcaster, watch_senders
@@ -83,22 +82,22 @@ class PlayerNode(Node):
         robot = load_robot_parameter(self, URDF, ROBOT, load_robot)
         scene = load_parameter_file(self, SCENE, settings_of_scene)
         start = load_parameter_file(self, START, _pose)
-        seed = of_type(declare(self, SEED), int)
-        number = of_type(declare(self, TEAM_NUMBER), int)
-        number = number or TEAM_NUMBERS[of_type(declare(self, TEAM), str)]
+        seed = declare(self, SEED)
+        number = declare(self, TEAM_NUMBER)
+        number = number or TEAM_NUMBERS[declare(self, TEAM)]
         identity = Identity(
             number,
-            of_type(declare(self, NUMBER), int),
-            of_type(declare(self, PLAYERS), int),
-            waits=of_type(declare(self, REFEREE), bool),
-            roles=of_type(declare(self, ROLES), bool),
+            declare(self, NUMBER),
+            declare(self, PLAYERS),
+            waits=declare(self, REFEREE),
+            roles=declare(self, ROLES),
         )
         self._player = Player(identity, robot, WorldSettings.on(scene, seed), start)
         self._radius = scene.ball_radius
-        self._prefix = of_type(declare(self, FRAME_PREFIX), str)
-        address = of_type(declare(self, ADDRESS), str)
-        team_port = of_type(declare(self, TEAM_PORT), int) or PORT_BASE + number
-        control, back = (of_type(declare(self, each), int) for each in (CONTROL, RETURN))
+        self._prefix: str = declare(self, FRAME_PREFIX)
+        address = declare(self, ADDRESS)
+        team_port = declare(self, TEAM_PORT) or PORT_BASE + number
+        control, back = (declare(self, each) for each in (CONTROL, RETURN))
         self._team = UdpLink(team_port, address)
         self._referee = UdpLink(control, address, target_port=back)
         self._controller = ""  # address of the GameController, of its last message

@@ -43,7 +43,6 @@ from robot_core.ros.parameters import (
     declare,
     load_from,
     node_parameter,
-    of_type,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.topics import Inputs, watch_senders
@@ -96,11 +95,11 @@ class RefereeNode(Node):
 
     def __init__(self) -> None:
         super().__init__("referee", automatically_declare_parameters_from_overrides=True)
-        scene = of_type(declare(self, SCENE), str)
+        scene = declare(self, SCENE)
         settings = load_from(SCENE, settings_of_scene, scene)
         players = load_from(SCENE, players_of_scene, scene)
-        half = 60.0 * of_type(declare(self, MINUTES), float)
-        keepers = of_type(declare(self, KEEPERS), bool)
+        half = 60.0 * declare(self, MINUTES)
+        keepers = declare(self, KEEPERS)
         self._referee = Referee(
             settings.field,
             settings.goals,
@@ -108,16 +107,16 @@ class RefereeNode(Node):
             Rules(half=half),
             settings.ball_radius,
             {"red": 1, "blue": 1} if keepers else None,
-            of_type(declare(self, KICK_OFF), str),
+            declare(self, KICK_OFF),
         )
-        self._version = of_type(declare(self, VERSION), int)
-        address = of_type(declare(self, ADDRESS), str)
-        self._match_clock = MatchClock(round(1e9 * of_type(declare(self, WAIT), float)))
-        port, back = of_type(declare(self, PORT), int), of_type(declare(self, BACK), int)
+        self._version: int = declare(self, VERSION)
+        address = declare(self, ADDRESS)
+        self._match_clock = MatchClock(round(1e9 * declare(self, WAIT)))
+        port, back = declare(self, PORT), declare(self, BACK)
         self._control = UdpLink(port, address)
         # Robots answer to the address from which they hear the referee: on this machine, this one.
         self._returns = UdpLink(back, "127.0.0.1" if address == LOCAL else "0.0.0.0")
-        first = of_type(declare(self, TEAM_PORT), int)
+        first = declare(self, TEAM_PORT)
         self._teams_heard = {}
         for index, (team, team_number) in enumerate(TEAM_NUMBERS.items()):
             team_port = first + index if first else PORT_BASE + team_number

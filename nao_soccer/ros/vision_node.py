@@ -25,7 +25,6 @@ from robot_core.ros.parameters import (
     load_parameter_file,
     load_robot_parameter,
     node_parameter,
-    of_type,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.topics import Inputs, watch_senders
@@ -45,14 +44,13 @@ class VisionNode(Node):
 
     def __init__(self) -> None:
         super().__init__("vision", automatically_declare_parameters_from_overrides=True)
-        text = partial(of_type, kind=str)
         robot = load_robot_parameter(self, URDF, ROBOT, load_robot)
         settings = load_parameter_file(self, SCENE, settings_of_scene)
         table = load_parameter_file(self, COLORS, load_color_table)
-        names = tuple(name.strip() for name in text(declare(self, CAMERAS)).split(",") if name)
+        names = tuple(name.strip() for name in declare(self, CAMERAS).split(",") if name)
         self._radius = settings.ball_radius
-        self._images = text(declare(self, IMAGES))
-        self._prefix = text(declare(self, FRAME_PREFIX))
+        self._images: str = declare(self, IMAGES)
+        self._prefix: str = declare(self, FRAME_PREFIX)
         self._controller = VisionController(robot, table, settings, names or None, self._images)
         self._inputs = Inputs(self, burst=1)
         self._make_publishers()

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Generator, Iterable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -21,7 +21,6 @@ from robot_core.errors import NaoGaitError, is_number
 from robot_core.schema import Choice, Field, Kind, Number, Switch, Text
 
 Value = bool | int | float | str
-AnyValue = TypeVar("AnyValue")
 Loaded = TypeVar("Loaded")
 _OF_RCLPY = frozenset({"use_sim_time", "start_type_description_service"})
 """Overrides that rclpy itself understands."""
@@ -69,7 +68,7 @@ FRAME_PREFIX = node_parameter(
 
 def declare(
     node: Node, field: Field, default: Value | None = None, read_only: bool = True
-) -> Value:
+) -> Any:
     """Declare a parameter and return its value.
 
     A whole number is accepted for a float: `real_time_factor:=0`.
@@ -81,7 +80,7 @@ def declare(
         read_only: The parameter cannot be set later.
 
     Returns:
-        The override if there is one, else the default.
+        The override if there is one, else the default; of the field's type.
 
     Raises:
         NaoGaitError: The override has the wrong type or is out of range.
@@ -90,7 +89,7 @@ def declare(
     if node.has_parameter(field.name):
         value = node.get_parameter(field.name).value
         node.undeclare_parameter(field.name)
-    checked: Value = field.check(value)
+    checked = field.check(value)
     descriptor = ParameterDescriptor(
         description=f"{field.meaning} ({field.allowed})",
         read_only=read_only,
@@ -180,7 +179,7 @@ def warn_of_unknown_overrides(node: Node, known: Iterable[str]) -> None:
 
 def load_parameter_file(node: Node, field: Field, load: Callable[[str], Loaded]) -> Loaded:
     """Declare a parameter that names a file and load it; errors name the parameter first."""
-    return load_from(field, load, of_type(declare(node, field), str))
+    return load_from(field, load, declare(node, field))
 
 
 def load_robot_parameter(
@@ -192,7 +191,7 @@ def load_robot_parameter(
         NaoGaitError: Both are given and differ, or the robot cannot be loaded.
     """
     given = node.has_parameter(urdf.name)
-    asked, model = of_type(declare(node, robot), str), of_type(declare(node, urdf), str)
+    asked, model = declare(node, robot), declare(node, urdf)
     if not asked:
         return load_from(urdf, load, model)
     if given and asked != model:
@@ -209,13 +208,6 @@ def load_from(field: Field, load: Callable[[str], Loaded], value: str) -> Loaded
         if error.value != value:  # of something in the file
             path += f": {error.field}"
         raise NaoGaitError(path, error.value, error.allowed) from error
-
-
-def of_type(value: Value, kind: type[AnyValue]) -> AnyValue:
-    """The value for the type checker; `declare` has checked its type."""
-    if not isinstance(value, kind):
-        raise TypeError(f"{value!r} is not {kind.__name__}")
-    return value
 
 
 def accepted() -> SetParametersResult:

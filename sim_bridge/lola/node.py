@@ -3,7 +3,6 @@
 import math
 import time
 from collections import deque
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,6 @@ from robot_core.ros.parameters import (
     declare,
     load_parameter_file,
     node_parameter,
-    of_type,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.process import StopRequest
@@ -108,24 +106,23 @@ class LolaServerNode(Node):
 
     def __init__(self) -> None:
         super().__init__("lola_server", automatically_declare_parameters_from_overrides=True)
-        text = partial(of_type, kind=str)
         plant = load_parameter_file(self, parameters.PLANT, load_plant)
         delay = declare(self, parameters.SENSOR_DELAY, DELAY)
-        self.factor = of_type(declare(self, REAL_TIME_FACTOR), float)
+        self.factor: float = declare(self, REAL_TIME_FACTOR)
         self._world = World.single(
             load_parameter_file(self, URDF, load_robot),
             plant,
-            robot_seed=of_type(declare(self, parameters.ROBOT_SEED), int),
-            engine=text(declare(self, parameters.ENGINE)),
-            sensor_delay=of_type(delay, float),
+            robot_seed=declare(self, parameters.ROBOT_SEED),
+            engine=declare(self, parameters.ENGINE),
+            sensor_delay=delay,
             control_period=PERIOD,
-            start_state=text(declare(self, parameters.START_STATE)),
-            gui=of_type(declare(self, parameters.GUI), bool),
+            start_state=declare(self, parameters.START_STATE),
+            gui=declare(self, parameters.GUI),
         )
         self.period = self._world.control_period
         self.body = LolaBody(self._world.robot, PERIOD)
         self.times = CycleTimes()
-        path = text(declare(self, SOCKET))
+        path = declare(self, SOCKET)
         self._make_topics()
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
         watch_senders(self)
@@ -138,7 +135,7 @@ class LolaServerNode(Node):
 
     def _make_topics(self) -> None:
         self._clock_topic = None
-        if of_type(declare(self, parameters.PUBLISH_CLOCK), bool):
+        if declare(self, parameters.PUBLISH_CLOCK):
             self._clock_topic = publisher(self, Clock, "/clock")
         self._truths = TruthWriter(self._world.robot.description)
         self._odometry = publisher(self, Odometry, "ground_truth/odom")

@@ -27,7 +27,6 @@ from robot_core.ros.parameters import (
     load_from,
     load_parameter_file,
     load_robot_parameter,
-    of_type,
     warn_of_unknown_overrides,
 )
 from robot_core.ros.topics import LATCHED, Inputs, publisher, watch_senders, write_log
@@ -62,12 +61,11 @@ class BridgeNode(Node):
 
     def __init__(self) -> None:
         super().__init__("sim_bridge", automatically_declare_parameters_from_overrides=True)
-        text = partial(of_type, kind=str)
         plant = load_parameter_file(self, parameters.PLANT, load_plant)
-        self.factor = of_type(declare(self, parameters.REAL_TIME_FACTOR), float)
-        self.lockstep = of_type(declare(self, parameters.LOCKSTEP), bool)
-        push_duration = of_type(declare(self, parameters.PUSH_DURATION), float)
-        scene = text(declare(self, parameters.SCENE))
+        self.factor: float = declare(self, parameters.REAL_TIME_FACTOR)
+        self.lockstep: bool = declare(self, parameters.LOCKSTEP)
+        push_duration = declare(self, parameters.PUSH_DURATION)
+        scene = declare(self, parameters.SCENE)
         self._world = self._make_world(scene, plant)
         self.control_period = self._world.control_period
         self._ball_place: BallPlace | None = None
@@ -76,7 +74,7 @@ class BridgeNode(Node):
             for robot in self._world.robots
         )
         self._make_world_topics(named=scene != FLOOR)
-        self._partners = self._make_partners(text(declare(self, parameters.LOCKSTEP_NODES)))
+        self._partners = self._make_partners(declare(self, parameters.LOCKSTEP_NODES))
         warn_of_unknown_overrides(self, (p.name for p in NODE_PARAMETERS))
         watch_senders(self)
         self.get_logger().info(
@@ -87,12 +85,11 @@ class BridgeNode(Node):
             self.get_logger().warning(remark)
 
     def _make_world(self, name: str, plant: Plant) -> World:
-        text = partial(of_type, kind=str)
         delay = declare(self, parameters.SENSOR_DELAY, plant.sensors.delay)
         common: dict[str, Any] = {
-            "sensor_delay": of_type(delay, float),
+            "sensor_delay": delay,
             "control_period": CONTROL_PERIOD,
-            "gui": of_type(declare(self, parameters.GUI), bool),
+            "gui": declare(self, parameters.GUI),
             "cameras": self._camera_settings(plant),
         }
         if name != FLOOR:
@@ -109,9 +106,9 @@ class BridgeNode(Node):
             robot,
             plant,
             engine=self._engine([robot]),
-            robot_seed=of_type(declare(self, parameters.ROBOT_SEED), int),
-            start_state=text(declare(self, parameters.START_STATE)),
-            ball=Ball() if of_type(declare(self, parameters.BALL), bool) else None,
+            robot_seed=declare(self, parameters.ROBOT_SEED),
+            start_state=declare(self, parameters.START_STATE),
+            ball=Ball() if declare(self, parameters.BALL) else None,
             **common,
         )
 
@@ -120,20 +117,20 @@ class BridgeNode(Node):
         asked, default = self.has_parameter(parameters.ENGINE.name), engine_for(robots)
         if not asked and default != parameters.ENGINE.default:
             self.get_logger().info(f"engine {default}: {why_not_pybullet(robots)} needs it")
-        return of_type(declare(self, parameters.ENGINE, default), str)
+        return declare(self, parameters.ENGINE, default)
 
     def _camera_settings(self, plant: Plant) -> CameraSettings | None:
         """Settings of the cameras; None without cameras."""
         delay = declare(self, parameters.CAMERA_DELAY, plant.camera.delay)
         noise = declare(self, parameters.CAMERA_NOISE, plant.camera.noise)
         settings = CameraSettings(
-            of_type(declare(self, parameters.CAMERA_RATE), float),
-            of_type(declare(self, parameters.CAMERA_WIDTH), int),
-            of_type(declare(self, parameters.CAMERA_HEIGHT), int),
-            of_type(delay, float),
-            of_type(noise, float),
+            declare(self, parameters.CAMERA_RATE),
+            declare(self, parameters.CAMERA_WIDTH),
+            declare(self, parameters.CAMERA_HEIGHT),
+            delay,
+            noise,
         )
-        return settings if of_type(declare(self, parameters.CAMERAS), bool) else None
+        return settings if declare(self, parameters.CAMERAS) else None
 
     def _titles(self, plant: Plant) -> list[str]:
         robots = [each.robot for each in self._robots]
@@ -149,7 +146,7 @@ class BridgeNode(Node):
         """Clock, ball and reset; `named`: the robots have names, the ball is the world's."""
         self._writer = WorldWriter()
         self._clock_topic: Any = None
-        if of_type(declare(self, parameters.PUBLISH_CLOCK), bool):
+        if declare(self, parameters.PUBLISH_CLOCK):
             self._clock_topic = publisher(self, Clock, "/clock", CLOCK)
         self._ball = self._ball_place_topic = None
         if self._world.ball is not None:
