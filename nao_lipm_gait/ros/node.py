@@ -45,7 +45,6 @@ from nao_lipm_gait.runtime.reporter import PublisherCounts
 from robot_core.errors import NaoGaitError
 from robot_core.head_goals import Goal
 from robot_core.motion.library import library_of
-from robot_core.robot import load_robot
 from robot_core.ros.messages import diagnostic_array
 from robot_core.ros.parameters import (
     FRAME_PREFIX,
@@ -134,7 +133,7 @@ class GaitNode(Node):
 
     def __init__(self, *, times_arrival: bool = True) -> None:
         super().__init__("gait", automatically_declare_parameters_from_overrides=True)
-        self._robot = load_robot_parameter(self, URDF, ROBOT, load_robot)
+        self._robot = load_robot_parameter(self)
         preset = load_parameter_file(self, PRESET, partial(preset_for, self._robot))
         motions = load_parameter_file(self, MOTIONS, partial(library_of, self._robot))
         calibration_of_robot = partial(calibration_of, self._robot)

@@ -25,7 +25,6 @@ from nao_soccer.world.state import WorldState
 from robot_core.errors import NaoGaitError, is_number
 from robot_core.field import TEAMS
 from robot_core.head_goals import Follow, Goal, LookAt, Search
-from robot_core.robot import load_robot
 from robot_core.ros.messages import to_time, with_prefix
 from robot_core.ros.parameters import (
     FRAME_PREFIX,
@@ -79,7 +78,7 @@ class PlayerNode(Node):
 
     def __init__(self) -> None:
         super().__init__("player", automatically_declare_parameters_from_overrides=True)
-        robot = load_robot_parameter(self, URDF, ROBOT, load_robot)
+        robot = load_robot_parameter(self)
         scene = load_parameter_file(self, SCENE, settings_of_scene)
         start = load_parameter_file(self, START, _pose)
         seed = declare(self, SEED)

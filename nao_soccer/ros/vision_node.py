@@ -14,7 +14,6 @@ from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.controller import VisionController
 from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind, Percepts
 from nao_soccer.vision.settings import settings_of_scene
-from robot_core.robot import load_robot
 from robot_core.ros.lockstep import LockstepPartner
 from robot_core.ros.messages import stamp_in, with_prefix
 from robot_core.ros.parameters import (
@@ -44,7 +43,7 @@ class VisionNode(Node):
 
     def __init__(self) -> None:
         super().__init__("vision", automatically_declare_parameters_from_overrides=True)
-        robot = load_robot_parameter(self, URDF, ROBOT, load_robot)
+        robot = load_robot_parameter(self)
         settings = load_parameter_file(self, SCENE, settings_of_scene)
         table = load_parameter_file(self, COLORS, load_color_table)
         names = tuple(name.strip() for name in declare(self, CAMERAS).split(",") if name)

@@ -18,6 +18,7 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import qos_profile_parameters
 
 from robot_core.errors import NaoGaitError, is_number
+from robot_core.robot import RobotDescription, load_robot
 from robot_core.schema import Choice, Field, Kind, Number, Switch, Text
 
 Value = bool | int | float | str
@@ -182,21 +183,19 @@ def load_parameter_file(node: Node, field: Field, load: Callable[[str], Loaded])
     return load_from(field, load, declare(node, field))
 
 
-def load_robot_parameter(
-    node: Node, urdf: Field, robot: Field, load: Callable[[str], Loaded]
-) -> Loaded:
-    """Declare both names of the parameter for the robot, and load the one that is given.
+def load_robot_parameter(node: Node) -> RobotDescription:
+    """Declare `URDF` and `ROBOT`, and load the robot that one of them names.
 
     Raises:
         NaoGaitError: Both are given and differ, or the robot cannot be loaded.
     """
-    given = node.has_parameter(urdf.name)
-    asked, model = declare(node, robot), declare(node, urdf)
+    given = node.has_parameter(URDF.name)
+    asked, model = declare(node, ROBOT), declare(node, URDF)
     if not asked:
-        return load_from(urdf, load, model)
+        return load_from(URDF, load_robot, model)
     if given and asked != model:
-        raise NaoGaitError(robot.name, asked, f"one of robot and urdf, which is {model}")
-    return load_from(robot, load, asked)
+        raise NaoGaitError(ROBOT.name, asked, f"one of robot and urdf, which is {model}")
+    return load_from(ROBOT, load_robot, asked)
 
 
 def load_from(field: Field, load: Callable[[str], Loaded], value: str) -> Loaded:

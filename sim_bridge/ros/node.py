@@ -21,8 +21,6 @@ from robot_core.geometry import yaw_of_quaternion
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.ros.lockstep import UNTIL, LockstepPartners
 from robot_core.ros.parameters import (
-    ROBOT,
-    URDF,
     declare,
     load_from,
     load_parameter_file,
@@ -101,7 +99,7 @@ class BridgeNode(Node):
                     raise NaoGaitError(field.name, value, allowed)
             models = [load_robot(robot.urdf) for robot in scene.robots]
             return World.of_scene(scene, plant, engine=self._engine(models), **common)
-        robot = load_robot_parameter(self, URDF, ROBOT, load_robot)
+        robot = load_robot_parameter(self)
         return World.single(
             robot,
             plant,
