@@ -3,10 +3,9 @@
 `sim_bridge` and `lola_bridge` use parts of it for their own messages.
 """
 
-import math
 from array import array
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 from uuid import uuid4
 
 from builtin_interfaces.msg import Duration
@@ -35,7 +34,7 @@ from nao_lipm_gait.runtime.inputs import (
     kick_goal,
 )
 from robot_core.geometry import compose, quaternion_from_rpy
-from robot_core.ros.messages import BASE_FOOTPRINT, ODOM, to_doubles, to_time
+from robot_core.ros.messages import BASE_FOOTPRINT, ODOM, set_planar, to_doubles, to_time
 from robot_core.types import GaitStatus, JointTargets, Point3, Pose2, Pose6
 
 Q = "Q"
@@ -245,13 +244,10 @@ class StatusWriter:
 
     def odometry(self, status: GaitStatus) -> Odometry:
         """Pose of base_footprint in odom and its velocity in its own frame, with covariances."""
-        x, y, yaw = status.base_footprint_in_odom
         message = self._odometry
         message.header.stamp = to_time(status.stamp)
-        message.pose.pose.position.x = x
-        message.pose.pose.position.y = y
-        message.pose.pose.orientation.z = math.sin(0.5 * yaw)
-        message.pose.pose.orientation.w = math.cos(0.5 * yaw)
+        place = message.pose.pose
+        set_planar(place.position, place.orientation, status.base_footprint_in_odom)
         twist = message.twist.twist
         twist.linear.x, twist.linear.y, twist.angular.z = status.velocity
         pose = status.pose_covariance
@@ -270,33 +266,24 @@ class StatusWriter:
 
     def transform(self, status: GaitStatus) -> TransformStamped:
         """The transform from odom to base_footprint."""
-        x, y, yaw = status.base_footprint_in_odom
         message = self._transform
         message.header.stamp = to_time(status.stamp)
-        message.transform.translation.x = x
-        message.transform.translation.y = y
-        message.transform.rotation.z = math.sin(0.5 * yaw)
-        message.transform.rotation.w = math.cos(0.5 * yaw)
+        place = message.transform
+        set_planar(place.translation, place.rotation, status.base_footprint_in_odom)
         return message
 
     def base_transform(self, stamp: int, torso_pose: Pose6) -> TransformStamped:
         """The transform from base_footprint to the root link; see `Gait.torso_pose`."""
-        x, y, z, roll, pitch, yaw = torso_pose
         message = self._base
         message.header.stamp = to_time(stamp)
-        translation, rotation = message.transform.translation, message.transform.rotation
-        translation.x, translation.y, translation.z = x, y, z
-        rotation.x, rotation.y, rotation.z, rotation.w = quaternion_from_rpy(roll, pitch, yaw)
+        _set_pose(message.transform.translation, message.transform.rotation, torso_pose)
         return message
 
     def torso_pose(self, stamp: int, torso_pose: Pose6) -> PoseStamped:
         """The torso in base_footprint; see `Gait.torso_pose`."""
-        x, y, z, roll, pitch, yaw = torso_pose
         message = self._torso
         message.header.stamp = to_time(stamp)
-        position, turn = message.pose.position, message.pose.orientation
-        position.x, position.y, position.z = x, y, z
-        turn.x, turn.y, turn.z, turn.w = quaternion_from_rpy(roll, pitch, yaw)
+        _set_pose(message.pose.position, message.pose.orientation, torso_pose)
         return message
 
     def point_in_q(self, point: Point3, stamp: int) -> PointStamped:
@@ -324,10 +311,7 @@ def footsteps(status: GaitStatus, prefix: str = "") -> MarkerArray:
         )
     ):
         sole = _marker(status.stamp, index, name, Marker.CUBE, color, _SOLE)
-        sole.pose.position = Point(x=pose[0], y=pose[1], z=pose[2])
-        x, y, z, w = quaternion_from_rpy(pose[3], pose[4], pose[5])
-        orientation = sole.pose.orientation
-        orientation.x, orientation.y, orientation.z, orientation.w = x, y, z, w
+        _set_pose(sole.pose.position, sole.pose.orientation, pose)
         markers.markers.append(sole)
     disc = (0.02, 0.02, 0.01)
     origin = _marker(status.stamp, 2, "pendulum origin", Marker.CYLINDER, _ORIGIN, disc)
@@ -352,6 +336,12 @@ def _marker(
     marker.header.stamp = to_time(stamp)
     marker.scale.x, marker.scale.y, marker.scale.z = size
     return marker
+
+
+def _set_pose(place: Any, turn: Any, pose: Pose6) -> None:
+    """Set a position or translation, and an orientation or rotation."""
+    place.x, place.y, place.z, roll, pitch, yaw = pose
+    turn.x, turn.y, turn.z, turn.w = quaternion_from_rpy(roll, pitch, yaw)
 
 
 def _from_q(q_in_odom: Pose2, point: Point3) -> Point:

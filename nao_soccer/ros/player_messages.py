@@ -1,6 +1,5 @@
 """Conversion between the world model and ROS messages."""
 
-import math
 
 import numpy as np
 from geometry_msgs.msg import Pose as PoseMessage
@@ -19,7 +18,7 @@ from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import BallEstimate, PoseEstimate
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import ORIGIN, compose, relative, yaw_of_quaternion
-from robot_core.ros.messages import BASE_FOOTPRINT, stamp_in, to_time
+from robot_core.ros.messages import BASE_FOOTPRINT, set_planar, stamp_in, to_time
 from robot_core.types import FloatArray, Pose2
 
 FIELD = "field"
@@ -82,15 +81,13 @@ def map_transforms(stamp: int, own: Pose2, odometry: Pose2, odom: str) -> list[T
         odom: Name of the frame of the odometry.
     """
     transforms = []
-    for child, (x, y, yaw) in (
+    for child, place in (
         (odom, compose(own, relative(ORIGIN, odometry))),
         (FIELD, ORIGIN),
     ):
         message = TransformStamped(child_frame_id=child)
         message.header.stamp, message.header.frame_id = to_time(stamp), MAP
-        message.transform.translation.x, message.transform.translation.y = x, y
-        turn = message.transform.rotation
-        turn.z, turn.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+        set_planar(message.transform.translation, message.transform.rotation, place)
         transforms.append(message)
     return transforms
 
@@ -143,7 +140,5 @@ def kick(stamp: int, goal: Pose2) -> PoseStamped:
 
 def _planar(place: Pose2) -> PoseMessage:
     message = PoseMessage()
-    message.position.x, message.position.y = place[:2]
-    message.orientation.z = math.sin(0.5 * place[2])
-    message.orientation.w = math.cos(0.5 * place[2])
+    set_planar(message.position, message.orientation, place)
     return message

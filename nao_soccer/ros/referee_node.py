@@ -38,7 +38,7 @@ from nao_soccer.team.message import PORT_BASE
 from nao_soccer.team.udp import LOCAL, UdpLink
 from nao_soccer.vision.settings import settings_of_scene
 from robot_core.errors import NaoGaitError
-from robot_core.ros.messages import stamp_in, to_time
+from robot_core.ros.messages import set_planar, stamp_in, to_time
 from robot_core.ros.parameters import (
     declare,
     load_from,
@@ -221,10 +221,7 @@ class RefereeNode(Node):
         message = PoseStamped()
         message.header.stamp = to_time(now)
         message.header.frame_id = "world"
-        x, y, yaw = order.pose
-        message.pose.position.x, message.pose.position.y = x, y
-        message.pose.orientation.z = math.sin(yaw / 2.0)
-        message.pose.orientation.w = math.cos(yaw / 2.0)
+        set_planar(message.pose.position, message.pose.orientation, order.pose)
         self._put_robots[order.name].publish(message)
         self._puts[order.name] = now, order
 

@@ -1,5 +1,6 @@
 """Stamps, arrays and reports as ROS messages: what every node writes."""
 
+import math
 from array import array
 from collections.abc import Sequence
 from typing import Any
@@ -11,7 +12,7 @@ from std_msgs.msg import Header
 
 from robot_core.log import Report
 from robot_core.message_checks import stamp_of
-from robot_core.types import FloatArray
+from robot_core.types import FloatArray, Pose2
 
 ODOM = "odom"
 
@@ -48,6 +49,12 @@ def to_time(stamp: int) -> Time:
     sec, nanosec = divmod(stamp, _NANOSECONDS)
     return Time(sec=sec, nanosec=nanosec)
 
+
+
+def set_planar(place: Any, turn: Any, pose: Pose2) -> None:
+    """Set a position or translation, and an orientation or rotation, to a planar pose."""
+    place.x, place.y, yaw = pose
+    turn.z, turn.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
 
 
 def temperature_messages(
