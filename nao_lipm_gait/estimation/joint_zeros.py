@@ -283,9 +283,8 @@ class _Legs:
         points, normal = [], np.zeros(3)
         for side, corners in self._corners:
             sole = self._body.sole_in_torso(side)
-            forward, up = np.array(sole.forward), np.array(sole.normal)
-            points.append(np.array(sole.position) + corners @ (forward, np.cross(up, forward)))
-            normal += up
+            points.append(sole.points(corners))
+            normal += sole.normal
         corners = np.concatenate(points)
         center = corners.mean(axis=0)
         z = normal / np.linalg.norm(normal)

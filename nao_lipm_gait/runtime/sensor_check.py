@@ -10,7 +10,7 @@ from math import acos, hypot
 import numpy as np
 
 from nao_lipm_gait.runtime.imu_axes import ImuAxes
-from nao_lipm_gait.whole_body.body_model import BodyModel
+from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
 from robot_core.types import GRAVITY, LEFT, RIGHT, FloatArray, SensorFrame
@@ -66,6 +66,8 @@ class SensorCheck:
 
     def __init__(self, robot: RobotDescription, period: float, *, yaw_gyro: bool) -> None:
         self._body = BodyModel(robot)
+        corners = np.array(robot.sole_corners)
+        self._corners = corners, corners * (1.0, -1.0)
         self._step = SOLE_STEP * robot.size
         self._legs = [robot.index(n) for n in (*robot.left_leg.names, *robot.right_leg.names)]
         self._bend = robot.stand_pose[self._legs]
@@ -190,8 +192,8 @@ class SensorCheck:
         up = self._vertical(frame)
         left, right = self._body.sole_in_torso(LEFT), self._body.sole_in_torso(RIGHT)
         angle = _angle(np.array(left.normal), np.array(right.normal))
-        step = abs(float((np.array(left.position) - np.array(right.position)) @ up))
         force = frame.linear_acceleration
+        step = min(self._step_between(left, right, up), self._step_between(left, right, force))
         upright = _angle(force, np.array((0.0, 0.0, 1.0))) < UPRIGHT_TORSO
         tilt = _angle(force, up) if upright else 0.0
         for name, got, allowed, unit in (
@@ -206,6 +208,18 @@ class SensorCheck:
                 )
                 return NaoGaitError(f"joint_states position: {name}", f"{got:.2g} {unit}", text)
         return None
+
+    def _step_between(self, left: SolePose, right: SolePose, up: FloatArray) -> float:
+        """Height [m] of the lowest corner of one sole over that of the other.
+
+        A robot that was held in the middle of a step leans on an edge of the foot that it lifted:
+        its soles are at one height by the IMU, not by their own normals.
+        """
+        heights = [
+            float(np.min(sole.points(corners) @ up))
+            for sole, corners in zip((left, right), self._corners, strict=True)
+        ]
+        return abs(heights[0] - heights[1]) / max(_size(up), 1e-6)
 
     def _legs_read_nothing(self, legs: FloatArray) -> bool:
         """The joints (n,) [rad] show the stand many times too small, or are all zero."""

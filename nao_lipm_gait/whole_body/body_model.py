@@ -27,6 +27,12 @@ class SolePose:
         self.forward = forward
         self.normal = normal
 
+    def points(self, points_in_sole: FloatArray) -> FloatArray:
+        """Points (n, 3) [m] in the torso frame for x, y (n, 2) [m] in the plane of the sole."""
+        forward, left = np.array(self.forward), np.cross(self.normal, self.forward)
+        points: FloatArray = np.array(self.position) + points_in_sole @ (forward, left)
+        return points
+
 
 class BodyModel:
     """Mass distribution and kinematics of the robot; the root is a free-flyer at the torso.

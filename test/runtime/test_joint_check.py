@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gait_lab.faults.campaign import FaultRun, run_fault
 from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
 from nao_lipm_gait.runtime.inputs import JointInput
@@ -172,6 +173,11 @@ def test_a_robot_whose_soles_cannot_be_where_its_joints_say_gets_no_targets() ->
         "nao_h21_v33", changed(ROBOT, ("RAnklePitch",), lambda q: -q), seconds=2.0
     )
     assert "angle between the soles" in said
+
+
+@pytest.mark.parametrize(("fault", "seed"), [("gait_restart", 45), ("silence", 51)])
+def test_a_robot_that_leans_on_the_foot_of_a_held_step_walks_on(fault: str, seed: int) -> None:
+    assert run_fault(FaultRun(fault, seed)).outcome == "walks"
 
 
 @pytest.mark.parametrize("scale", [0.0, np.pi / 180.0])
