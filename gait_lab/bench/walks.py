@@ -175,6 +175,12 @@ def median(values: Iterable[float]) -> float | None:
     return float(statistics.median(found)) if found else None
 
 
+def percent(values: Iterable[float]) -> float | None:
+    """The share of values that are true, or the mean of shares [%]; None without values."""
+    found = list(values)
+    return 100.0 * sum(found) / len(found) if found else None
+
+
 def worst(values: Iterable[float]) -> float | None:
     """The largest one; None without values."""
     return max(values, default=None)

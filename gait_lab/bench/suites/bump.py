@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
-from gait_lab.bench.walks import median
+from gait_lab.bench.walks import median, percent
 from nao_lipm_gait.gait import Gait
 from robot_core.field import Pole
 from robot_core.types import DOWN, STANDSTILL, Pose2, VelocityCommand
@@ -150,7 +150,7 @@ def bump(options: Options) -> Iterator[Row | str]:
     for speed in options.speeds:
         name = f"{speed:.1f}".replace(".", "") if round(speed, 1) == speed else f"{speed:g}"
         mine = [each for each in results if each.spec.speed == speed]
-        yield Row("bump", f"survived_{name}", "%", _share(mine))
+        yield Row("bump", f"survived_{name}", "%", percent(each.fell is None for each in mine))
         for into in options.into:
             for direction in options.directions:
                 where = replace(mine[0].spec, into=into, direction=direction)
@@ -160,7 +160,7 @@ def bump(options: Options) -> Iterator[Row | str]:
                 falls = [each.fell for each in these if each.fell is not None]
                 yield from rows_of(
                     f"bump_{into}_{direction}_{name}",
-                    ("survived", "%", _share(these)),
+                    ("survived", "%", percent(each.fell is None for each in these)),
                     ("fall_median", "s", median(falls)),
                 )
     yield (
@@ -168,8 +168,3 @@ def bump(options: Options) -> Iterator[Row | str]:
         f"then it stands for {AFTER:g} s. survived: it did not fall. fall median: of those that "
         "fell, after the contact."
     )
-
-
-def _share(results: list[BumpResult]) -> float:
-    """[%] of those that stayed up."""
-    return 100.0 * sum(each.fell is None for each in results) / len(results)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
-from gait_lab.bench.walks import median
+from gait_lab.bench.walks import median, percent
 from sim_bridge.trials.get_up import SIDES, STAND, WALK, GetUpResult, GetUpSpec, get_up
 
 NAMES = tuple(SIDES)
@@ -36,7 +36,7 @@ def getup(options: Options) -> Iterator[Row | str]:
         yield from _rows(side, [each for each in results if each.spec.side == side])
     for seed in options.seeds:
         mine = [each.at_once for each in results if each.spec.robot_seed == seed]
-        yield Row(f"robot_{seed}", "first_try", "%", 100.0 * sum(mine) / len(mine))
+        yield Row(f"robot_{seed}", "first_try", "%", percent(mine))
     yield (
         f"first try: the gait's first get-up ends in a stand, the robot stands {STAND:g} s and "
         f"walks {WALK:g} s; from a side it may roll over once before. Times: from lying at rest to "
@@ -47,12 +47,11 @@ def getup(options: Options) -> Iterator[Row | str]:
 
 def _rows(name: str, results: Sequence[GetUpResult]) -> list[Row]:
     times = [each.time for each in results if each.time is not None]
-    count = len(results)
     return rows_of(
         name,
-        ("attempts", "attempts", count),
-        ("first_try", "%", 100.0 * sum(each.at_once for each in results) / count),
-        ("up", "%", 100.0 * sum(each.walked for each in results) / count),
+        ("attempts", "attempts", len(results)),
+        ("first_try", "%", percent(each.at_once for each in results)),
+        ("up", "%", percent(each.walked for each in results)),
         ("median", "s", median(times)),
         ("worst", "s", max(times, default=None)),
         ("torque_use", "", float(max(each.torque_use.max() for each in results))),

@@ -1,10 +1,11 @@
 """The suite `keeper`: shots at a goalkeeper, with percepts by the model."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
+from gait_lab.bench.walks import percent
 from gait_lab.soccer.keeper import (
     DISTANCE,
     LIMIT,
@@ -46,10 +47,10 @@ def keeper(options: Options) -> Iterator[Row | str]:
     wide = at("wide left", "wide right")
     yield from rows_of(
         "",
-        ("shots_held", "%", _share(each.held for each in at("left", "middle", "right"))),
-        ("corners_held", "%", _share(each.held for each in at("left", "right"))),
+        ("shots_held", "%", percent(each.held for each in at("left", "middle", "right"))),
+        ("corners_held", "%", percent(each.held for each in at("left", "right"))),
         ("motions_at_wide_balls", "shots", sum(bool(each.motions) for each in wide)),
-        ("up_again", "%", _share(each.up is not None for each in results if each.motions)),
+        ("up_again", "%", percent(each.up is not None for each in results if each.motions)),
         ("falls", "falls", sum(each.fell for each in results)),
     )
     yield (
@@ -58,8 +59,3 @@ def keeper(options: Options) -> Iterator[Row | str]:
         f"{WIDE:g} m beside the posts. Held: not in the goal. Up again: stands within "
         f"{options.limit:g} s after a shot for which it has moved."
     )
-
-
-def _share(values: Iterable[bool]) -> float | None:
-    counted = list(values)
-    return 100.0 * sum(counted) / len(counted) if counted else None

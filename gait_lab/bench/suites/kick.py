@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
+from gait_lab.bench.walks import percent
 from sim_bridge.trials.dribble import DribbleResult, DribbleSpec, dribble
 from sim_bridge.trials.kick import (
     AFTERWARDS,
@@ -57,7 +58,7 @@ def _standing(options: Options) -> Iterator[Row | str]:
     )  # fmt: skip
     for name, intended in directions.items():
         yield from _rows(name, intended, [each for each in results if each.spec.motion == name])
-    yield Row("all", "stood", "%", 100.0 * sum(each.stood for each in results) / len(results))
+    yield Row("all", "stood", "%", percent(each.stood for each in results))
     yield (
         f"Stood: {AFTERWARDS:g} s after the kick. Mean and standard deviation over robots and "
         f"attempts; the ball is placed within {1000 * PLACEMENT:g} mm (standard deviation) of the "
@@ -96,7 +97,7 @@ def _rows(
     mean = math.remainder(intended + statistics.fmean(errors), math.tau)
     yield from rows_of(
         name,
-        ("stood", "%", 100.0 * sum(each.stood for each in results) / len(results)),
+        ("stood", "%", percent(each.stood for each in results)),
         ("distance", "m", statistics.fmean(distances)),
         ("distance_spread", "m", statistics.pstdev(distances)),
         ("direction", "deg", math.degrees(mean)),

@@ -8,7 +8,7 @@ from gait_lab.bench.options import Option, Options
 from gait_lab.bench.policies import POLICIES, policies
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
-from gait_lab.bench.walks import median
+from gait_lab.bench.walks import median, percent
 from gait_lab.soccer.match import MatchResult, MatchSpec, play_match
 
 SILENCE_FROM = 25.0
@@ -74,7 +74,7 @@ def matches(options: Options) -> Iterator[Row | str]:
         ("duel_longest", "s", max(duels, default=None)),
         ("own_goals", "goals", sum(each.own_goals for each in results)),
         ("wrong_half", "goals", sum(each.wrong_half for each in results)),
-        ("one_striker", "%", 100.0 * sum(each.one_striker for each in results) / len(results)),
+        ("one_striker", "%", percent(each.one_striker for each in results)),
         ("role_conflict_seconds_max", "s", max(each.conflict for each in results)),
     )  # fmt: skip
     if mine != other:
