@@ -4,6 +4,7 @@ The classes are those behind the two ROS nodes: `World` and `CommandInput` of th
 `GaitController` of the gait. Only DDS is missing; what it can do to a message is a fault too.
 """
 
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -59,12 +60,14 @@ class Fault:
         says: Parts of the warnings that explain a stop by this fault; used by the scopes `soccer`
             and `robot`.
         begin: Time at which the fault begins [s]; the robot walks by then.
+        duration: Time for which it acts [s].
     """
 
     why = ""
     end = 6.0
     settings = ControllerSettings()
     says: tuple[str, ...] = ()
+    duration = math.inf
 
     def __init__(self, random: np.random.Generator) -> None:
         self.random = random
@@ -75,8 +78,8 @@ class Fault:
         return int(self.random.integers(ROBOTS))
 
     def active(self, harness: Timed) -> bool:
-        """By default from `begin` on."""
-        return harness.seconds() >= self.begin
+        """Whether the fault acts in this tick."""
+        return self.begin <= harness.seconds() < self.begin + self.duration
 
     def explained_by(self, warning: str) -> bool:
         """Whether a warning explains a stop by this fault."""
@@ -112,10 +115,6 @@ class TemporaryFault(Fault):
         super().__init__(random)
         low, high = np.log((self.shortest, self.longest))
         self.duration = float(np.exp(random.uniform(low, high)))
-
-    def active(self, harness: Timed) -> bool:
-        """Whether the fault acts in this tick."""
-        return self.begin <= harness.seconds() < self.begin + self.duration
 
 
 class WatchedGait:

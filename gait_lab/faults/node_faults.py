@@ -1,6 +1,7 @@
 """Faults of the processes of one robot: a node is killed or hangs, and perhaps comes back."""
 
 import json
+import math
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -51,7 +52,6 @@ class NodeFault(Fault):
         gone: Shortest and longest time [s] until the node is back.
         stays_gone: Share of the runs in which it does not come back.
         hangs: The node is stopped and goes on; it is not killed.
-        duration: Drawn time [s] until it is back; None = never.
     """
 
     end = 26.0
@@ -67,7 +67,7 @@ class NodeFault(Fault):
         self.begin = float(random.uniform(8.0, 12.0))
         never = random.uniform() < self.stays_gone
         duration = float(random.uniform(*self.gone))
-        self.duration = None if never else duration
+        self.duration = math.inf if never else duration  # until it is back
         self._stage = 0
 
     def before_frame(self, nodes: Nodes) -> None:
@@ -79,7 +79,7 @@ class NodeFault(Fault):
                 nodes.pause(self.victim, True)
             else:
                 nodes.kill(self.victim)
-        elif self._stage == 1 and self.duration is not None and now >= self.begin + self.duration:
+        elif self._stage == 1 and now >= self.begin + self.duration:
             self._stage = 2
             if self.hangs:
                 nodes.pause(self.victim, False)

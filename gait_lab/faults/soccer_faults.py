@@ -12,7 +12,7 @@ import numpy as np
 
 from gait_lab.faults.campaign import STOPPED, VIOLATED, WENT_ON, FaultResult, FaultRun
 from gait_lab.faults.channel import Delivery
-from gait_lab.faults.harness import PERIOD, Timed
+from gait_lab.faults.harness import PERIOD
 from gait_lab.faults.soccer_harness import SoccerFault, SoccerHarness
 from gait_lab.soccer.match import MatchSpec
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
@@ -37,10 +37,6 @@ class LastingFault(SoccerFault):
         super().__init__(random)
         shorter = random.uniform() < 0.5
         self.duration = float(random.uniform(2.0, 15.0)) if shorter else math.inf
-
-    def active(self, harness: Timed) -> bool:
-        """Whether the fault acts now."""
-        return self.begin <= harness.seconds() < self.begin + self.duration
 
 
 # -- cameras ---------------------------------------------------------------------------------------
