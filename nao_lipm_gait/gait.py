@@ -186,6 +186,7 @@ class Gait:
         self._ahead = 0
         self._residual = 0.0
         self._clipped = 0
+        self._lead: FloatArray | None = None
 
     def _image_mass(self) -> float:
         """Mass [kg] under which the ground yields to the image's soles as to the robot's."""
@@ -283,6 +284,7 @@ class Gait:
             moves_on: The walk plans one control period more; else the last one again.
         """
         state, dt = self._modes.state, self._elapsed
+        self._lead = None
 
         # Plan: prediction by the delay (21), pendulum (15)-(20), support change, steps (3)-(9).
         support_before = self._walk.predicted.support
@@ -343,6 +345,7 @@ class Gait:
             return sent
         leading: FloatArray = sent + lead
         self._limits.cut(leading)
+        self._lead = leading - sent
         return leading
 
     # -- parts of the tick -------------------------------------------------------------------------
@@ -506,6 +509,7 @@ class Gait:
 
     def _motion_targets(self, frame: SensorFrame) -> JointTargets:
         """Targets of the running motion."""
+        self._lead = None
         motions = self._modes.motions
         rates = self._size.rates(self._estimator.angular_velocity)
         targets = motions.advance(self._elapsed * self._size.time, rates)
@@ -521,6 +525,7 @@ class Gait:
 
     def _limp_targets(self, frame: SensorFrame) -> JointTargets:
         """The measured pose without torque."""
+        self._lead = None
         self._head.rest()
         self._residual = 0.0
         self._clipped = 0
@@ -674,6 +679,12 @@ class Gait:
     def corrected(self, frame: SensorFrame) -> SensorFrame:
         """The frame without the constant errors that are known."""
         return self._correction.sensed(frame)
+
+    def without_lead(self, targets: JointTargets) -> JointTargets:
+        """Where the joints go by the last targets: those of motors that give way lead them."""
+        if self._lead is None:
+            return targets
+        return targets._replace(position=targets.position - self._lead)
 
     @property
     def support(self) -> int:

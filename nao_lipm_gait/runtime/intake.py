@@ -140,10 +140,10 @@ class Intake:
         self._delay = round(delay * 1e9)
         self._age.usual = delay - self._command_lag
 
-    def sent(self, targets: JointTargets) -> None:
-        """Keep targets that were sent; they stand in for joints that cannot be read."""
+    def sent(self, targets: JointTargets, led: JointTargets | None = None) -> None:
+        """Keep targets that were sent, and where they lead the joints if that is elsewhere."""
         self._last_sent = targets
-        self._validation.sent(targets)
+        self._validation.sent(led or targets)
 
     def imu(self, message: ImuInput) -> Taken:
         """Take an IMU message; raises NaoGaitError if it cannot be used."""

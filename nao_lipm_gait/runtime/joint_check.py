@@ -17,9 +17,11 @@ EVERY = 3
 """Ticks between two comparisons."""
 LAGS = range(-6, 7)
 """Ticks by which a joint may be later than `feedback_delay` says: that may be wrong, too."""
-DEVIATION, YIELDING_DEVIATION = 0.014, 0.14
+DEVIATION, YIELDING_DEVIATION = 0.014, 0.05
 """[rad] Deviation (root mean square) that needs an explanation, also of motors that give way.
 Healthy NAOs reach 0.01 in a stand and 0.08 in steps, which nothing else explains."""
+YIELDING_STUCK = 0.14
+"""[rad] Deviation of a motor that gives way from which on it may be stuck: friction holds it."""
 BETTER = 10.0
 """Times by which the squares that another explanation leaves must be smaller."""
 NOISE = 0.004
@@ -28,6 +30,8 @@ GROSS = 0.2, 0.4
 """[rad] Deviation that needs no other explanation; of motors that give way."""
 ZERO_MIN = 0.1
 """[rad] Smaller wrong zeros are for the calibration."""
+CONSTANT = 1e-12
+"""[rad^2] Variance of a reading that does not change at all: friction leaves some."""
 MOVED = 0.05
 """[rad] by which the target of a joint must move before the joint is stuck."""
 PROVEN_RANGE, PROVEN_SHARE = 0.1, 1.0 / 16.0
@@ -65,6 +69,7 @@ class JointCheck:
         self._index = [robot.index(name) for name in names]
         yields = FeedForward(robot).needed
         self._deviation = YIELDING_DEVIATION if yields else DEVIATION
+        self._stuck = YIELDING_STUCK if yields else DEVIATION
         self._gross = GROSS[yields]
         self._ticks = round(WINDOW / period)
         self._size = self._ticks + LAGS[-1] - LAGS[0]
@@ -124,6 +129,7 @@ class JointCheck:
         if suspect.any():
             left, guesses = self._explained(measured, shifted)
             named = suspect & (own > BETTER * (left + NOISE**2))
+            named &= (own > self._stuck**2) | (np.array(guesses) != STUCK) | (left < CONSTANT)
             wrong = named | (suspect & (own > self._gross**2))
             if wrong.any():
                 if not self.trouble:

@@ -37,8 +37,10 @@ joints, and largest angle between them and the vertical of an IMU that shows an 
 FLAT_SHARE, FLAT_REST = 0.05, 0.3
 """Share of the bend of the robot's stand below which its leg joints read nearly zero, and largest
 part of what they show that is no such share: legs that are really straight show something else."""
+INVERTED_SHARE = -0.3
+"""Share below which the legs bend the other way."""
 BEND_MIN = 0.3
-"""[rad] Bend of all leg joints from which on that can be told."""
+"""[rad] Bend of all leg joints from which on these can be told."""
 UPRIGHT_TORSO = 0.25
 """[rad] Largest angle between the torso's z axis and the vertical of the IMU for that."""
 ABSURD_TICKS, ABSURD_FIRST = 15, 5
@@ -180,14 +182,14 @@ class SensorCheck:
 
         Such a robot must not get targets: it would jump to the pose that its joints show.
         """
-        if self._legs_read_nothing(frame.joint_position[self._legs]):
-            worst = np.abs(frame.joint_position[self._legs]).max()
+        share = self._share_of_stand(frame.joint_position[self._legs])
+        if share is not None:
             text = (
-                "the bend of a stand; unit or scale of the joints, or do they measure nothing? "
-                "Nothing is sent to the joints"
+                "the bend of a stand; sign, unit or scale of the leg joints, or do they measure "
+                "nothing? Nothing is sent to the joints"
             )
             return NaoGaitError(
-                "joint_states position: all leg joints", f"at most {worst:.2g} rad", text
+                "joint_states position: all leg joints", f"{share:.2g} times a stand", text
             )
         up = self._vertical(frame)
         left, right = self._body.sole_in_torso(LEFT), self._body.sole_in_torso(RIGHT)
@@ -221,16 +223,15 @@ class SensorCheck:
         ]
         return abs(heights[0] - heights[1]) / max(_size(up), 1e-6)
 
-    def _legs_read_nothing(self, legs: FloatArray) -> bool:
-        """The joints (n,) [rad] show the stand many times too small, or are all zero."""
+    def _share_of_stand(self, legs: FloatArray) -> float | None:
+        """How far the leg joints (n,) [rad] bend, if nearly not or the other way; 1 in a stand."""
         bend = self._bend
-        share = float(legs @ bend) / max(float(bend @ bend), BEND_MIN**2)
+        if _size(bend) < BEND_MIN:
+            return None
+        share = float(legs @ bend) / float(bend @ bend)
         rest = _size(legs - share * bend)
-        return (
-            _size(bend) > BEND_MIN
-            and abs(share) < FLAT_SHARE
-            and rest <= FLAT_REST * abs(share) * _size(bend)
-        )
+        flat = abs(share) < FLAT_SHARE and rest <= FLAT_REST * abs(share) * _size(bend)
+        return share if flat or share < INVERTED_SHARE else None
 
     def _judge_gravity(self, frame: SensorFrame) -> None:
         if self._gravity_is_right:

@@ -49,7 +49,7 @@ CARRIED_TIME = 60_000_000
 """[ns] of load on both soles after which a robot that seems to lie does not."""
 LOADS_AWAITED = 20
 """Frames without a wrong pose, or without load on both soles, that clear up a doubt."""
-FIRST_STEPS = 1
+FIRST_STEPS = 3
 """Steps of a walk, so small that it can end within one."""
 SIT_DOWN = "sit"
 """Motion that saves hot legs."""

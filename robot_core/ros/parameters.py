@@ -10,7 +10,7 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
@@ -128,6 +128,21 @@ def keep_types(node: Node, fields: Iterable[Field]) -> None:
     node.add_pre_set_parameters_callback(converted)
 
 
+MOST_AT_ONCE = 200
+"""Parameters in a request; rclpy alone reads 3,000 for 20 ms, and sets them for 70."""
+
+
+def _too_many(
+    request: SetParameters.Request | SetParametersAtomically.Request,
+) -> SetParametersResult | None:
+    """The refusal of a request that would hold up the node; None if it does not."""
+    count = len(request.parameters)
+    if count <= MOST_AT_ONCE:
+        return None
+    error = NaoGaitError("parameters", f"{count} at once", f"at most {MOST_AT_ONCE} in a request")
+    return SetParametersResult(successful=False, reason=str(error))
+
+
 class _Turn:
     """Awaited, it lets the executor serve what is ready."""
 
@@ -140,16 +155,21 @@ class _Turn:
 
 
 def set_in_turns(node: Node) -> None:
-    """Let `set_parameters` serve what is ready after each parameter.
+    """Let `set_parameters` serve what is ready after each parameter; refuse too many of them.
 
     rclpy sets all parameters of a request in one callback; a file of them would hold up a tick. The
     service has a group of its own, because a group is blocked until a callback has ended.
     """
     name = f"{node.get_name()}/set_parameters"
+    at_once = f"{name}_atomically"
 
     async def set_each(
         request: SetParameters.Request, response: SetParameters.Response
     ) -> SetParameters.Response:
+        refusal = _too_many(request)
+        if refusal is not None:
+            response.results = [refusal]
+            return response
         for message in request.parameters:
             try:
                 result = node.set_parameters_atomically([RosParameter.from_parameter_msg(message)])
@@ -159,9 +179,24 @@ def set_in_turns(node: Node) -> None:
             await _Turn(node)
         return response
 
+    def set_all(
+        request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
+    ) -> SetParametersAtomically.Response:
+        refusal = _too_many(request)
+        try:
+            response.result = refusal or node.set_parameters_atomically(
+                [RosParameter.from_parameter_msg(each) for each in request.parameters]
+            )
+        except ParameterNotDeclaredException as error:
+            response.result = SetParametersResult(successful=False, reason=str(error))
+        return response
+
     for service in tuple(node.services):
-        if service.srv_name.endswith(name):
+        if service.srv_name.endswith((name, at_once)):
             node.destroy_service(service)
+    node.create_service(
+        SetParametersAtomically, at_once, set_all, qos_profile=qos_profile_parameters
+    )
     node.create_service(
         SetParameters, name, set_each, qos_profile=qos_profile_parameters,
         callback_group=MutuallyExclusiveCallbackGroup(),

@@ -8,10 +8,10 @@ import pytest
 pytest.importorskip("rclpy")
 
 from rcl_interfaces.msg import Parameter, ParameterValue, SetParametersResult
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.exceptions import ParameterNotDeclaredException
 
-from robot_core.ros.parameters import set_in_turns
+from robot_core.ros.parameters import MOST_AT_ONCE, set_in_turns
 
 
 class Node:
@@ -19,14 +19,17 @@ class Node:
 
     Attributes:
         given: Names of the parameters that were set, in order.
-        callback: Of the service.
+        callback: Of the service `set_parameters`.
+        at_once: Of the service `set_parameters_atomically`.
         woken: Times that the executor was asked to go on.
     """
 
     def __init__(self) -> None:
-        self.services = [SimpleNamespace(srv_name=f"gait/{n}") for n in ("other", "set_parameters")]
+        names = ("other", "set_parameters", "set_parameters_atomically")
+        self.services = [SimpleNamespace(srv_name=f"gait/{name}") for name in names]
         self.given: list[str] = []
         self.callback: Any = None
+        self.at_once: Any = None
         self.woken = 0
         self.executor = self
 
@@ -37,18 +40,22 @@ class Node:
         self.services.remove(service)
 
     def create_service(self, kind: type, name: str, callback: Any, **_: object) -> None:
-        assert (kind, name) == (SetParameters, "gait/set_parameters")
-        self.callback = callback
+        if kind is SetParametersAtomically:
+            assert name == "gait/set_parameters_atomically"
+            self.at_once = callback
+        else:
+            assert (kind, name) == (SetParameters, "gait/set_parameters")
+            self.callback = callback
 
     def create_task(self, callback: Any) -> None:
         callback()
         self.woken += 1
 
     def set_parameters_atomically(self, parameters: list[Any]) -> SetParametersResult:
-        (parameter,) = parameters
-        if parameter.name == "unknown":
-            raise ParameterNotDeclaredException(parameter.name)
-        self.given.append(parameter.name)
+        for parameter in parameters:
+            if parameter.name == "unknown":
+                raise ParameterNotDeclaredException(parameter.name)
+            self.given.append(parameter.name)
         return SetParametersResult(successful=True)
 
 
@@ -67,3 +74,23 @@ def test_one_parameter_is_set_in_each_turn() -> None:
     with pytest.raises(StopIteration) as end:
         answer.send(None)
     assert [result.successful for result in end.value.value.results] == [True, False, True, True]
+
+
+def test_too_many_parameters_at_once_are_refused() -> None:
+    node = Node()
+    set_in_turns(node)  # type: ignore[arg-type]
+    many = [Parameter(name="a", value=ParameterValue(type=3))] * (MOST_AT_ONCE + 1)
+    with pytest.raises(StopIteration) as end:
+        node.callback(SetParameters.Request(parameters=many), SetParameters.Response()).send(None)
+    (result,) = end.value.value.results
+    request, response = SetParametersAtomically.Request(), SetParametersAtomically.Response()
+    request.parameters = many
+    for refused in (result, node.at_once(request, response).result):
+        assert not refused.successful
+        assert "201 at once" in refused.reason
+    assert node.given == []
+    request.parameters = many[:2]
+    assert node.at_once(request, response).result.successful
+    request.parameters = [Parameter(name="unknown", value=ParameterValue(type=3))]
+    assert "unknown" in node.at_once(request, response).result.reason
+    assert node.given == ["a", "a"]

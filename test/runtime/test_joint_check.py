@@ -186,6 +186,16 @@ def test_legs_that_read_nearly_zero_get_no_targets(scale: float) -> None:
     assert "all leg joints" in said
 
 
+def test_legs_that_bend_the_other_way_get_no_targets() -> None:
+    said = ends_standing("op3", lambda q: -q, seconds=2.0)
+    assert "all leg joints" in said
+
+
+def test_motors_that_give_way_are_compared_with_where_their_targets_lead_them() -> None:
+    wrong = changed(load_robot("booster_t1"), ("Right_Ankle_Roll",), lambda q: -q)
+    assert "Right_Ankle_Roll" in ends_standing("booster_t1", wrong, seed=2)
+
+
 class Hung(Wrong):
     """Such a robot hangs from its torso."""
 
