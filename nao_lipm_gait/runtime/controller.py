@@ -25,6 +25,7 @@ from robot_core.robot import RobotDescription
 from robot_core.types import (
     BUSY,
     ON_THE_WAY,
+    UPRIGHT,
     GaitState,
     GaitStatus,
     JointTargets,
@@ -190,7 +191,8 @@ class GaitController:
             self._reporter.joints_arrived(now, message.waited, repeated=taken.repeated)
             self._act_on(taken, answers)
         elif isinstance(message, ImuInput):
-            self._act_on(self._intake.imu(message), answers)
+            upright = self._gait.state in UPRIGHT
+            self._act_on(self._intake.imu(message, upright=upright), answers)
         else:
             self._supervisor.receive(message, self._intake.stamp)
 

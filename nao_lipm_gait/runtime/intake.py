@@ -145,9 +145,9 @@ class Intake:
         self._last_sent = targets
         self._validation.sent(led or targets)
 
-    def imu(self, message: ImuInput) -> Taken:
-        """Take an IMU message; raises NaoGaitError if it cannot be used."""
-        frame = self._sync.add_imu(self._validation.imu(message))
+    def imu(self, message: ImuInput, *, upright: bool = True) -> Taken:
+        """Take an IMU message of an upright robot or not; NaoGaitError if it cannot be used."""
+        frame = self._sync.add_imu(self._validation.imu(message, upright=upright))
         return NOTHING if frame is None else self._completed((frame,))
 
     def joints(

@@ -293,8 +293,11 @@ class SensorValidation:
 
     # -- IMU ---------------------------------------------------------------------------------------
 
-    def imu(self, message: ImuInput) -> ImuSample:
-        """Validate an IMU message; NaoGaitError if it cannot be used, or the IMU is stuck."""
+    def imu(self, message: ImuInput, *, upright: bool = True) -> ImuSample:
+        """Validate an IMU message; NaoGaitError if it cannot be used, or the IMU is stuck.
+
+        A robot that has fallen, or is in a motion, may turn as fast as it likes.
+        """
         stamp = stamp_of(message.sec, message.nanosec, "imu/data header.stamp")
         for field, covariance in (
             ("angular_velocity", message.angular_velocity_covariance),
@@ -311,7 +314,7 @@ class SensorValidation:
         )
         measured = rate
         elapsed, self._imu_at = (stamp - self._imu_at) * 1e-9, stamp
-        self._check_units(stamp, rate, acceleration, elapsed)
+        self._check_units(stamp, rate, acceleration, elapsed, upright=upright)
         if abs(elapsed) > LONGEST_GAP * 1e-9:
             self._gyro_steps.restart(None)
         limit = min(max(ROTATION_STEP, ROTATION_ACCELERATION * elapsed), ROTATION_STEP_MAX)
@@ -344,8 +347,9 @@ class SensorValidation:
             self._say.event(SENSORS, Level.WARN, "gyro spike", text)
 
     def _check_units(
-        self, stamp: int, rate: FloatArray, acceleration: FloatArray, elapsed: float
-    ) -> None:
+        self, stamp: int, rate: FloatArray, acceleration: FloatArray, elapsed: float,
+        *, upright: bool,
+    ) -> None:  # fmt: skip
         """Refuse an IMU whose units have changed: no robot moves like that.
 
         Raises:
@@ -354,7 +358,7 @@ class SensorValidation:
         size, kept = np.abs(rate), self._gyro_steps.kept
         step = size if kept is None else np.minimum(size, np.abs(rate - kept))
         fast = bool(size.max() > ROTATION_FAST or step.max() > ROTATION_STEP_MAX)
-        if fast and self._was_fast:
+        if fast and self._was_fast and (upright or self.gyro_jumps):
             self._fast_at = stamp
         self._was_fast = fast
         if self.gyro_jumps and not 0 <= stamp - (self._fast_at or 0) < FAST_TIME:
