@@ -3,12 +3,14 @@
 import os
 import re
 import signal
+import socket
 import struct
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +42,13 @@ LOST = 10.0
 """[s] after which a message that is not answered is sent again: best effort may lose it."""
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # read when the probe joins its domain
+
+
+def _is_free(port: int) -> bool:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, suppress(OSError):
+        probe.bind(("", port))
+        return True
+    return False
 
 
 class Process:
@@ -150,11 +159,12 @@ class Probe:
         self.node.create_subscription(kind, topic, receive, qos)
         return messages
 
-    @property
+    @cached_property
     def udp_ports(self) -> dict[str, int]:
-        """Of a game, which no other run of this machine has; below those of DDS."""
+        """Of a game, which nobody on this machine listens on; below those of DDS."""
         first = 6200 + 10 * self.domain.domain
-        return {"control_port": first, "return_port": first + 1, "team_port": first + 2}
+        free = (port for port in range(first, first + 10) if _is_free(port))
+        return {f"{name}_port": next(free) for name in ("control", "return", "team")}
 
     def publisher(self, kind: type, topic: str) -> Any:
         """A publisher with a subscriber."""
