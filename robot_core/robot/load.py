@@ -1,7 +1,6 @@
 """Loads a robot from its URDF and its robot file."""
 
 import os
-import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from functools import cache
@@ -22,8 +21,8 @@ _STAND_SLACK = 0.02
 """[rad] The stand pose may exceed a limit by this much and is then clipped, because the limits of
 the published NAO models differ."""
 NAO = "nao_h21"
-_MJCF = re.compile(r"(?:<\?.*?\?>|<!--.*?-->|\s)*<mujoco\b", re.DOTALL)
-"""The root element of an MJCF; a URDF may have a <mujoco> inside."""
+CHUNK = 4096
+"""Characters of a file that are parsed at a time to find its root element."""
 ALIKE = 0.8
 """Share of a robot file's joints from which on a URDF without the others is refused by name;
 another robot whose joints have common names (LHipRoll) has fewer of them."""
@@ -59,7 +58,7 @@ def _loaded(urdf: str | Path, robot: str | Path | None) -> RobotDescription:
         urdf = _urdf_of(robot)
     urdf_path = find("urdf", str(urdf))
     text = read_text(urdf_path, "URDF", LARGEST_URDF)
-    if _MJCF.match(text):
+    if _root_tag(text) == "mujoco":  # a URDF may have one inside
         text = urdf_of_mjcf(urdf_path)
     model = UrdfModel.parse(text, urdf_path)
     file_path = _fitting(model, urdf_path) if robot is None else find("robots", str(robot))
@@ -122,6 +121,19 @@ def _loaded(urdf: str | Path, robot: str | Path | None) -> RobotDescription:
 
 
 _shipped = cache(_loaded)
+
+
+def _root_tag(text: str) -> str:
+    """Name of the root element of an XML text; empty if there is none."""
+    parser = ET.XMLPullParser(("start",))
+    try:
+        for begin in range(0, len(text), CHUNK):
+            parser.feed(text[begin : begin + CHUNK])
+            for _, element in parser.read_events():
+                return element.tag
+    except ET.ParseError:
+        pass  # told where the text is read as a whole
+    return ""
 
 
 def _urdf_of(file: Path) -> str:

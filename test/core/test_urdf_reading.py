@@ -129,3 +129,12 @@ def test_a_urdf_with_hints_for_mujoco_is_no_mjcf(tmp_path: Path) -> None:
     path = tmp_path / "hinted.urdf"
     path.write_text(text.replace("<link", hints + "<link", 1), encoding="utf-8")
     assert load_robot(path).joint_names == load_robot("op3").joint_names
+
+
+def test_a_urdf_that_begins_with_many_comments_is_read_at_once(tmp_path: Path) -> None:
+    """As xacro writes them; a search that tries each split of the comments would never end."""
+    path = tmp_path / "commented.urdf"
+    text = (share() / "urdf/nao_h21_v33.urdf").read_text()
+    _, _, body = text.rpartition("?>")
+    path.write_text("<?xml version='1.0'?>\n" + 200 * "<!-- === | by xacro | === -->\n" + body)
+    assert load_robot(path).name == "nao_h21"
