@@ -11,6 +11,7 @@ the lengths that belong to the soles and the hips from the robot.
 import dataclasses
 import xml.etree.ElementTree as ET
 from functools import lru_cache
+from itertools import pairwise
 from math import sqrt
 from typing import NamedTuple
 
@@ -21,6 +22,7 @@ from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from robot_core.head_goals import Follow, Goal, LookAt
 from robot_core.motion.joints import robot_tree
 from robot_core.robot import JointLimit, RobotDescription
+from robot_core.robot.derive import REFERENCE_HEIGHT
 from robot_core.types import (
     GRAVITY,
     GaitStatus,
@@ -37,6 +39,9 @@ HELD, ENOUGH = 0.15, 0.4
 """Torques of the weakest hip motor over weight and height of the CoM: what a leg that stands alone
 takes about, and what is enough for a whole kick. A Booster T1 (0.25) falls with it, but not with
 twice the torque."""
+KNEE_LOAD = 0.45
+"""Share of its motor's stall torque that the knee of a leg that carries the robot may need: that of
+a T1. An iCub and a JVRC-1, whose knees would need 0.7 and 0.8, fell."""
 SOLE_GAP = 0.035
 """[m] Smallest gap between the inner edges of the soles of an image with wide feet."""
 
@@ -170,6 +175,7 @@ class Proportions(NamedTuple):
         arm_swing: Swing of the arms whose yaw momentum is that of a leg, per metre of its foot
             [rad/m]; None without arms.
         hip_torque: Stall torque of the weakest hip motor over weight and size [m].
+        com_height: Height of the CoM at which the knees can carry the robot [m].
     """
 
     sole_length: float
@@ -180,6 +186,7 @@ class Proportions(NamedTuple):
     pace: float
     arm_swing: float | None
     hip_torque: float
+    com_height: float
 
 
 def proportions(robot: RobotDescription) -> Proportions:
@@ -198,11 +205,23 @@ def proportions(robot: RobotDescription) -> Proportions:
     ]
     pace = Size(robot.size).time * min(speeds)
     weight = GRAVITY * sum(each.mass for each in pin.buildModelFromXML(image.urdf).inertias)
-    torque = min(robot.motors[name].stall_torque for name in (leg.hip_pitch, leg.hip_roll))
+    hip_pitch, hip_roll, knee = (
+        robot.motors[name].stall_torque / (weight * robot.size)
+        for name in (leg.hip_pitch, leg.hip_roll, leg.knee_pitch)
+    )
+    places = [tree.joints[n].position for n in (leg.hip_pitch, leg.knee_pitch, leg.ankle_pitch)]
+    thigh, shank = (float(np.linalg.norm(a - b)) for a, b in pairwise(places))
     return Proportions(
         x1 - x0, 0.5 * (x0 + x1), y1 - y0, -y0, hip, pace, _balancing_arm_swing(image),
-        torque / (weight * robot.size),
+        min(hip_pitch, hip_roll), _height_for_knees(thigh, shank, KNEE_LOAD * knee),
     )  # fmt: skip
+
+
+def _height_for_knees(thigh: float, shank: float, lever: float) -> float:
+    """Height of the CoM [m] over a leg whose knee is a lever [m] ahead of hip and ankle."""
+    lever = min(lever, thigh, shank)
+    bent = sqrt(thigh**2 - lever**2) + sqrt(shank**2 - lever**2)
+    return REFERENCE_HEIGHT - (thigh + shank - bent)
 
 
 def _balancing_arm_swing(image: RobotDescription) -> float | None:
@@ -234,7 +253,8 @@ def fitted(
     Returns:
         The parameters with the lengths of soles and hips that the robot has, with shorter steps if
         its motors are slower, and with a lower lift if they are or if the soles are shorter: their
-        ends reach less far down when they tilt. Lighter arms swing more. Weaker hips kick less.
+        ends reach less far down when they tilt. Lighter arms swing more. Weaker hips kick less,
+        weaker knees bend less.
     """
     own, other = proportions(robot), proportions(reference)
     p = parameters
@@ -245,6 +265,8 @@ def fitted(
     changes = {
         "foot_reference_x": own.sole_middle + along * (p.foot_reference_x - other.sole_middle),
         "foot_spacing": spacing,
+        "com_height": max(p.com_height, own.com_height),
+        "pendulum_height": max(p.pendulum_height, own.com_height),
     }
     pace = min(1.0, own.pace / other.pace)
     spare = (own.hip_torque / p.com_height - HELD) / (ENOUGH - HELD)

@@ -35,6 +35,8 @@ APART = 0.2
 """[rad] Of the arms of a stand from the vertical."""
 KNEE = 0.8
 """[rad] Bend of the knees in a stand."""
+BEND_MIN = 0.3
+"""[rad] Middle of a knee's range from which on the side is clear to which it bends."""
 LEVEL = 1e-3
 """[rad] Tilt of a level sole."""
 DAMPING = 1e-6 * np.eye(6)
@@ -43,6 +45,8 @@ REFERENCE_HEIGHT = 0.274
 """[m] Height of a NAO's CoM (H21 V3.3) over straight legs, as `relative_size` measures it."""
 SOLES = ("l_sole", "r_sole")
 """Names of sole links that are added."""
+AHEAD = "base_ahead"
+"""Name of the root that is added where the description's looks back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +164,10 @@ def completed(
     tree = RobotTree(element, out["joints"], path)
     frames = dict(out.get("frames") or {})
     legs = _legs(out, tree, frames, path)
+    if _looks_back(element, tree, legs[0]["knee_pitch"]):
+        _turn_root(element, tree.root)
+        tree = RobotTree(element, out["joints"], path)
+        legs = _legs(out, tree, frames, path)
     for key, leg in zip(("left_leg", "right_leg"), legs, strict=True):
         out.setdefault(key, leg)
     root = [tree.root]
@@ -180,7 +188,7 @@ def completed(
     out.setdefault("motors", _motors(element, out["joints"]))
     _add_roles(out, tree)
     if "stand_pose" not in out:
-        arms = _hanging(tree, out.get("shoulder_roll"))
+        arms = {**_nearest_zero(tree), **_hanging(tree, out.get("shoulder_roll"))}
         out["stand_pose"] = {**arms, **_stand(tree, legs, frames, arms, path)}
     return _simple(out)
 
@@ -249,6 +257,29 @@ def _legs(
     return legs[0], legs[1]
 
 
+def _looks_back(element: ET.Element, tree: RobotTree, knee: str) -> bool:
+    """The knees bend the shanks ahead of the thighs, by the axes of the root: it points back."""
+    limit = next(
+        joint.find("limit") for joint in element.findall("joint") if joint.get("name") == knee
+    )
+    if limit is None:
+        return False
+    try:
+        middle = 0.5 * (float(limit.get("lower", 0)) + float(limit.get("upper", 0)))
+    except ValueError:
+        return False  # the limits are refused where they are read
+    return tree.joints[knee].axis[1] * middle < -BEND_MIN
+
+
+def _turn_root(element: ET.Element, root: str) -> None:
+    """Add a link at the root that looks ahead."""
+    ET.SubElement(element, "link", name=AHEAD)
+    joint = ET.SubElement(element, "joint", name=f"{AHEAD}_fixed", type="fixed")
+    ET.SubElement(joint, "parent", link=AHEAD)
+    ET.SubElement(joint, "child", link=root)
+    ET.SubElement(joint, "origin", xyz="0 0 0", rpy=f"0 0 {math.pi!r}")
+
+
 def _foot(tree: RobotTree, frame: Any, side: float) -> str:
     """The joint that moves a foot: that of a link, else the lowest end of a chain on its side."""
     names = [frame] if isinstance(frame, str) else list(frame or ())
@@ -291,7 +322,8 @@ def _foot_points(
 ) -> FloatArray:
     """(n, 3) [m] points of the sole in the frame of the root: the lowest of the foot's shapes."""
     foot = max(leg.values(), key=lambda name: len(tree.joints[name].above))
-    points = lowest_points(element, {name: tree.placement(name) for name in tree.links_of(foot)})
+    links = {name: tree.placement(name) for name in tree.links_of(foot)}
+    points = lowest_points(element, links, path)
     if len(points) < 3:
         raise NaoGaitError(
             f"sole of what joint {foot} moves in {path}", "no collision shape with a flat bottom",
@@ -382,7 +414,9 @@ def _add_roles(out: dict[str, Any], tree: RobotTree) -> None:
     twin = partners(tree)
     above_legs = {each for leg in of_legs for each in tree.joints[leg].above}
     free = {name: joint for name, joint in tree.joints.items() if name not in above_legs}
-    middle = [name for name in free if twin[name] == name]
+    sided = {name for name in free if twin[name] != name}
+    waist = {each for name in sided for each in free[name].above} - sided
+    middle = [name for name in free if twin[name] == name and name not in waist]
     for pan, tilt in itertools.product(middle, middle):
         chained = free[tilt].above[-2:] == (pan, tilt)
         if chained and abs(free[pan].axis[2]) > 0.9 and abs(free[tilt].axis[1]) > 0.9:
@@ -394,6 +428,17 @@ def _add_roles(out: dict[str, Any], tree: RobotTree) -> None:
         if fits and key not in out:
             first = min(fits, key=lambda name: len(arms[name].above))
             out[key] = [first, twin[first]]
+
+
+def _nearest_zero(tree: RobotTree) -> dict[str, float]:
+    """The joints that cannot be at zero, as near to it as they can."""
+    model, pose = tree.model, {}
+    for name in tree.joints:
+        index = model.joints[model.getJointId(name)].idx_q
+        low, high = model.lowerPositionLimit[index], model.upperPositionLimit[index]
+        if not low <= 0.0 <= high:
+            pose[name] = float(low if low > 0.0 else high)
+    return pose
 
 
 def _hanging(tree: RobotTree, shoulders: Iterable[str] | None) -> dict[str, float]:

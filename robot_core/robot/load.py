@@ -1,5 +1,6 @@
 """Loads a robot from its URDF and its robot file."""
 
+import io
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
@@ -21,8 +22,6 @@ _STAND_SLACK = 0.02
 """[rad] The stand pose may exceed a limit by this much and is then clipped, because the limits of
 the published NAO models differ."""
 NAO = "nao_h21"
-CHUNK = 4096
-"""Characters of a file that are parsed at a time to find its root element."""
 ALIKE = 0.8
 """Share of a robot file's joints from which on a URDF without the others is refused by name;
 another robot whose joints have common names (LHipRoll) has fewer of them."""
@@ -125,15 +124,11 @@ _shipped = cache(_loaded)
 
 def _root_tag(text: str) -> str:
     """Name of the root element of an XML text; empty if there is none."""
-    parser = ET.XMLPullParser(("start",))
     try:
-        for begin in range(0, len(text), CHUNK):
-            parser.feed(text[begin : begin + CHUNK])
-            for _, element in parser.read_events():
-                return element.tag
+        _, element = next(iter(ET.iterparse(io.StringIO(text), ("start",))))
     except ET.ParseError:
-        pass  # told where the text is read as a whole
-    return ""
+        return ""  # refused where the text is read as a whole
+    return str(element.tag)
 
 
 def _urdf_of(file: Path) -> str:

@@ -114,6 +114,96 @@ def test_a_stand_is_level_whatever_the_axes_and_the_zero_pose(
     assert_stands(load_robot(tmp_path / "mine.urdf"))
 
 
+def box_as_stl(size: list[float]) -> str:
+    """The two faces of a box that lie on its top and bottom, as text of an STL file."""
+    x, y, z = (0.5 * each for each in size)
+    corners = [(x, y), (-x, y), (-x, -y), (x, -y)]
+    lines = ["solid box"]
+    for height in (-z, z):
+        for face in ((0, 1, 2), (0, 2, 3)):
+            points = "".join(f"vertex {corners[i][0]} {corners[i][1]} {height}\n" for i in face)
+            lines.append(f"facet normal 0 0 1\nouter loop\n{points}endloop\nendfacet")
+    return "\n".join([*lines, "endsolid box\n"])
+
+
+def with_mesh_feet(folder: Path, filename: str) -> object:
+    """Turn the boxes of both feet of a T1 into meshes in millimetres."""
+
+    def edit(root: ET.Element) -> None:
+        for name in ("l_ankle", "r_ankle"):
+            geometry = root.find(f"link[@name='{name}']/collision/geometry")
+            assert geometry is not None
+            size = [1e3 * float(word) for word in geometry[0].get("size", "").split()]
+            (folder / "foot.stl").write_text(box_as_stl(size))
+            geometry.remove(geometry[0])
+            ET.SubElement(geometry, "mesh", filename=filename, scale="0.001 0.001 0.001")
+        without_soles(root)
+
+    return edit
+
+
+@pytest.mark.parametrize("filename", ["package://mine/meshes/foot.stl", "../meshes/foot.stl"])
+def test_soles_are_the_lowest_points_of_meshes_too(tmp_path: Path, filename: str) -> None:
+    for folder in ("mine/urdf", "mine/meshes"):
+        (tmp_path / folder).mkdir(parents=True)
+    boxes, meshes = tmp_path / "boxes.urdf", tmp_path / "mine/urdf/meshes.urdf"
+    boxes.write_text(unnamed("booster_t1", without_soles))
+    meshes.write_text(unnamed("booster_t1", with_mesh_feet(tmp_path / "mine/meshes", filename)))
+    assert load_robot(meshes).sole_outline == load_robot(boxes).sole_outline
+    (tmp_path / "mine/meshes/foot.stl").unlink()
+    with pytest.raises(NaoGaitError, match=r"mesh .*foot\.stl of .*: got 'not found'"):
+        load_robot(meshes)
+
+
+def looking_back(root: ET.Element) -> None:
+    """Hang a T1 from a root whose x points back, as an iCub's."""
+    ET.SubElement(root, "link", name="pelvis")
+    joint = ET.SubElement(root, "joint", name="pelvis_fixed", type="fixed")
+    ET.SubElement(joint, "origin", rpy="0 0 3.141592653589793")
+    ET.SubElement(joint, "parent", link="pelvis")
+    ET.SubElement(joint, "child", link="base_link")
+
+
+def test_a_root_that_looks_back_is_turned(tmp_path: Path) -> None:
+    path = tmp_path / "somebody.urdf"
+    path.write_text(unnamed("booster_t1", looking_back))
+    known, found = load_robot("booster_t1"), load_robot(path)
+    numbers = [int(new_name("booster_t1", joint)[5:]) for joint in known.left_leg.names]
+    # One link more comes before the joints.
+    assert list(found.left_leg.names) == [f"part_{number + 1}" for number in numbers]
+    assert_stands(found)
+
+
+def with_arms_on_the_neck(root: ET.Element) -> None:
+    """Hang the arms of an OP3 from its head, whose tilt is moved to the middle."""
+    tilt, child = (root.find(f"joint[@name='head_tilt']/{tag}") for tag in ("origin", "child"))
+    assert tilt is not None
+    assert child is not None
+    tilt.set("xyz", "0.01 0 0.029")
+    for name in ("l_sho_pitch", "r_sho_pitch"):
+        for parent in root.findall(f"joint[@name='{name}']/parent"):
+            parent.set("link", child.get("link", ""))
+
+
+def test_a_waist_that_carries_the_arms_is_no_head(tmp_path: Path) -> None:
+    path = tmp_path / "somebody.urdf"
+    path.write_text(unnamed("op3", with_arms_on_the_neck))
+    assert load_robot(path).head is None
+
+
+def with_bent_elbows(root: ET.Element) -> None:
+    for limit in root.findall("joint[@name='Left_Elbow_Pitch']/limit"):
+        limit.set("lower", "0.3")
+
+
+def test_a_joint_that_cannot_be_at_zero_stands_as_near_as_it_can(tmp_path: Path) -> None:
+    path = tmp_path / "somebody.urdf"
+    path.write_text(unnamed("booster_t1", with_bent_elbows))
+    robot = load_robot(path)
+    elbow = robot.joint_names.index(new_name("booster_t1", "Left_Elbow_Pitch"))
+    assert robot.stand_pose[elbow] == 0.3
+
+
 def test_a_robot_that_shares_common_joint_names_is_taken_by_itself(tmp_path: Path) -> None:
     text = find("urdf", "bruno").read_text().replace('name="bruno"', 'name="somebody"')
     for old, new in (("HeadYaw", "HeadPan"), ("HeadPitch", "HeadTilt"), ("KneePitch", "Knee"),
@@ -146,10 +236,16 @@ def toed(root: ET.Element) -> None:
 
 
 def footless(root: ET.Element) -> None:
+    """Remove the shapes and the sole links of both feet."""
     for name in ("l_sole", "r_sole", "l_ankle", "r_ankle"):
         link = next(each for each in root.findall("link") if each.get("name") == name)
         for collision in link.findall("collision"):
             link.remove(collision)
+    without_soles(root)
+
+
+def without_soles(root: ET.Element) -> None:
+    """Remove the sole links of both feet."""
     for name in ("l_sole", "r_sole"):
         joint = next(
             each for each in root.findall("joint")

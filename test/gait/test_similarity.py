@@ -7,14 +7,20 @@ from math import sqrt
 
 import attrs
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.presets import DEFAULT, preset_for
-from nao_lipm_gait.similarity import Size, fitted, image_of, proportions
+from nao_lipm_gait.similarity import KNEE_LOAD, Size, fitted, image_of, proportions
+from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
+from nao_lipm_gait.whole_body.body_model import BodyModel
+from nao_lipm_gait.whole_body.com_placement import ComPlacement
+from nao_lipm_gait.whole_body.legs import make_legs
+from robot_core.geometry import ORIGIN
 from robot_core.robot import JointLimit, RobotDescription, load_robot
-from robot_core.types import SensorFrame, VelocityCommand
+from robot_core.types import GRAVITY, SensorFrame, VelocityCommand
 from sim_bridge.simulation import Simulation
 
 NAO = load_robot()
@@ -69,6 +75,41 @@ def test_weak_hips_kick_less_far() -> None:
     assert reach(1.0) == reach(2.0) == full
     assert 0.1 * full < reach(0.4) < 0.9 * full
     assert reach(0.1) == 0.0
+
+
+@pytest.mark.parametrize("share", [0.5, 0.8])
+def test_weak_knees_bend_less(share: float) -> None:
+    """At the CoM height that fits them, the lever of a T1's knee is what its motor can hold."""
+    known = load_robot("booster_t1")
+    motors = {
+        name: attrs.evolve(each, stall_torque=share * each.stall_torque)
+        for name, each in known.motors.items()
+    }
+    weak = dataclasses.replace(known, motors=motors)
+    p = fitted(load_preset(DEFAULT), weak, NAO)
+    assert p.com_height == p.pendulum_height > load_preset(DEFAULT).com_height
+    body = BodyModel(weak)
+    placement = ComPlacement(weak, body, make_legs(weak))
+    half = 0.5 * weak.size * p.foot_spacing
+    soles = SoleTarget(0.0, half, 0.0, 0.0), SoleTarget(0.0, -half, 0.0, 0.0)
+    com = weak.size * p.foot_reference_x, 0.0, weak.size * p.com_height
+    for _ in range(6):
+        position = placement.place(BodyTargets(com, *soles, 0.0, 0.0, ORIGIN)).position
+    model = pin.buildModelFromXML(weak.urdf)
+    data, q = model.createData(), pin.neutral(model)
+    for name, angle in zip(weak.joint_names, position, strict=True):
+        q[model.joints[model.getJointId(name)].idx_q] = angle
+    pin.forwardKinematics(model, data, q)
+    leg = weak.left_leg
+    hip, knee, ankle = (
+        data.oMi[model.getJointId(name)].translation
+        for name in (leg.hip_pitch, leg.knee_pitch, leg.ankle_pitch)
+    )
+    line = (ankle - hip) / np.linalg.norm(ankle - hip)
+    lever = np.linalg.norm(np.cross(knee - hip, line))
+    weight = GRAVITY * sum(inertia.mass for inertia in model.inertias)
+    load = weight * lever / weak.motors[leg.knee_pitch].stall_torque
+    assert load == pytest.approx(KNEE_LOAD, rel=0.15)
 
 
 def test_lighter_arms_swing_more() -> None:
