@@ -21,7 +21,7 @@ from robot_core.motion.joints import joint_groups
 from robot_core.resources import share
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.robot.derive import GEAR_SHARE
-from robot_core.types import FloatArray
+from robot_core.types import LEFT, RIGHT, FloatArray
 
 HEIGHTS = 60
 """Heights of the CoM that are tried."""
@@ -151,7 +151,7 @@ def _draw(robot: RobotDescription, stand: StandRange, path: Path) -> Path:
     points = np.array([places[k].act(v) for v, k in zip(shapes.vertex, shapes.link, strict=True)])
     figure, axes = plt.subplots(1, 2, figsize=(9, 6), sharey=True)
     for axis, (across, title) in zip(axes, ((1, "front"), (0, "left")), strict=True):
-        flip = -1.0 if across == 1 else 1.0
+        flip = 1.0 if across == 1 else -1.0  # seen from the left, the robot looks to the left
         if len(points):
             depth = points[shapes.triangle].mean(axis=1)[:, 1 - across]
             for triangle in np.argsort(depth):  # the nearest last
@@ -161,10 +161,15 @@ def _draw(robot: RobotDescription, stand: StandRange, path: Path) -> Path:
                     color=_paint(shapes.color[triangle]), linewidth=0.0,
                 )  # fmt: skip
         for name in robot.joint_names:
-            place = data.oMi[model.getJointId(name)].translation
-            axis.plot(flip * place[across], place[2] - ground, ".", color=INK, markersize=4)
-        for sole in soles:
-            outline = np.array([sole.act(np.array((x, y, 0.0))) for x, y in robot.sole_outline])
+            index = model.getJointId(name)
+            bone = np.array([data.oMi[i].translation for i in (model.parents[index], index)])
+            axis.plot(
+                flip * bone[:, across], bone[:, 2] - ground, ".-", color=INK, linewidth=0.6,
+                markersize=4,
+            )  # fmt: skip
+        for sole, side in zip(soles, (LEFT, RIGHT), strict=True):
+            corners = [np.array((x, side * y, 0.0)) for x, y in robot.sole_outline]
+            outline = np.array([sole.act(corner) for corner in corners])
             axis.plot(flip * outline[:, across], outline[:, 2] - ground, color=BLUE, linewidth=2)
         axis.plot(flip * com[across], com[2] - ground, "o", color=RED)
         for height in (stand.low, stand.high):
