@@ -45,8 +45,8 @@ REFERENCE_HEIGHT = 0.274
 """[m] Height of a NAO's CoM (H21 V3.3) over straight legs, as `relative_size` measures it."""
 SOLES = ("l_sole", "r_sole")
 """Names of sole links that are added."""
-AHEAD = "base_ahead"
-"""Name of the root that is added where the description's looks back."""
+HIPS = "base_at_hips"
+"""Name of the root that is added where the description's looks back, or lies at the feet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,8 +164,9 @@ def completed(
     tree = RobotTree(element, out["joints"], path)
     frames = dict(out.get("frames") or {})
     legs = _legs(out, tree, frames, path)
-    if _looks_back(element, tree, legs[0]["knee_pitch"]):
-        _turn_root(element, tree.root)
+    back = _looks_back(element, tree, legs[0]["knee_pitch"])
+    if back or tree.joints[legs[0]["knee_pitch"]].position[2] > 0.0:
+        _add_root(element, tree, legs, yaw=math.pi if back else 0.0)
         tree = RobotTree(element, out["joints"], path)
         legs = _legs(out, tree, frames, path)
     for key, leg in zip(("left_leg", "right_leg"), legs, strict=True):
@@ -271,13 +272,20 @@ def _looks_back(element: ET.Element, tree: RobotTree, knee: str) -> bool:
     return tree.joints[knee].axis[1] * middle < -BEND_MIN
 
 
-def _turn_root(element: ET.Element, root: str) -> None:
-    """Add a link at the root that looks ahead."""
-    ET.SubElement(element, "link", name=AHEAD)
-    joint = ET.SubElement(element, "joint", name=f"{AHEAD}_fixed", type="fixed")
-    ET.SubElement(joint, "parent", link=AHEAD)
-    ET.SubElement(joint, "child", link=root)
-    ET.SubElement(joint, "origin", xyz="0 0 0", rpy=f"0 0 {math.pi!r}")
+def _add_root(
+    element: ET.Element, tree: RobotTree, legs: tuple[Mapping[str, str], ...], yaw: float
+) -> None:
+    """Add a root between the hips, in whose axes the present one is turned by a yaw [rad]."""
+    import pinocchio as pin
+
+    hips = [tree.joints[leg["hip_pitch"]].position for leg in legs]
+    middle = pin.rpy.rpyToMatrix(0.0, 0.0, yaw) @ (0.5 * (hips[0] + hips[1]))
+    ET.SubElement(element, "link", name=HIPS)
+    joint = ET.SubElement(element, "joint", name=f"{HIPS}_fixed", type="fixed")
+    ET.SubElement(joint, "parent", link=HIPS)
+    ET.SubElement(joint, "child", link=tree.root)
+    xyz = " ".join(map(repr, (-middle).tolist()))
+    ET.SubElement(joint, "origin", xyz=xyz, rpy=f"0 0 {yaw!r}")
 
 
 def _foot(tree: RobotTree, frame: Any, side: float) -> str:

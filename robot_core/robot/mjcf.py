@@ -22,7 +22,7 @@ SIZES = (
     "nuser_geom", "nuser_site", "nuser_cam", "nuser_tendon", "nuser_actuator", "nuser_sensor",
 )  # fmt: skip
 """What a model may ask memory for by a number."""
-MOST_FILES, LARGEST_MESH, MOST_FACES = 50, 32 * 1024 * 1024, 500_000
+MOST_FILES, LARGEST_MESH, MOST_FACES = 50, 32 * 1024 * 1024, 1_000_000
 """Files of a model; [bytes] of one mesh; triangles of all its meshes."""
 FACES, HULL = 150_000, 200
 """Triangles that are read at once, at up to 1.5 kB each: a model with more is read mesh by

@@ -155,22 +155,31 @@ def test_soles_are_the_lowest_points_of_meshes_too(tmp_path: Path, filename: str
         load_robot(meshes)
 
 
-def looking_back(root: ET.Element) -> None:
-    """Hang a T1 from a root whose x points back, as an iCub's."""
-    ET.SubElement(root, "link", name="pelvis")
-    joint = ET.SubElement(root, "joint", name="pelvis_fixed", type="fixed")
-    ET.SubElement(joint, "origin", rpy="0 0 3.141592653589793")
-    ET.SubElement(joint, "parent", link="pelvis")
-    ET.SubElement(joint, "child", link="base_link")
+def hung(xyz: str, rpy: str) -> object:
+    """Hang a T1 from another root."""
+
+    def edit(root: ET.Element) -> None:
+        ET.SubElement(root, "link", name="world_of_its_own")
+        joint = ET.SubElement(root, "joint", name="hung", type="fixed")
+        ET.SubElement(joint, "origin", xyz=xyz, rpy=rpy)
+        ET.SubElement(joint, "parent", link="world_of_its_own")
+        ET.SubElement(joint, "child", link="base_link")
+
+    return edit
 
 
-def test_a_root_that_looks_back_is_turned(tmp_path: Path) -> None:
+@pytest.mark.parametrize("root", [("0 0 0", "0 0 3.141592653589793"), ("0 0 0.6", "0 0 0")])
+def test_a_root_that_looks_back_or_lies_at_the_feet_is_replaced(
+    tmp_path: Path, root: tuple[str, str]
+) -> None:
+    """As those of an iCub and of a Berkeley Humanoid Lite."""
     path = tmp_path / "somebody.urdf"
-    path.write_text(unnamed("booster_t1", looking_back))
+    path.write_text(unnamed("booster_t1", hung(*root)))
     known, found = load_robot("booster_t1"), load_robot(path)
     numbers = [int(new_name("booster_t1", joint)[5:]) for joint in known.left_leg.names]
     # One link more comes before the joints.
     assert list(found.left_leg.names) == [f"part_{number + 1}" for number in numbers]
+    assert found.torso_frame == "base_at_hips"
     assert_stands(found)
 
 
