@@ -323,7 +323,7 @@ class Gait:
         self._residual = placed.residual
 
         # Blending from the pose in which a stand began.
-        position = self._blend.apply(placed.position, dt, p.stand_time)
+        position = self._blend.apply(placed.position, dt)
 
         # Posture feedback by the gyro, eq (7) of Friedmann et al.
         if p.feedback and state is WALK:

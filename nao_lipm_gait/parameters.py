@@ -184,22 +184,11 @@ class GaitParameters(Settings):
         "Swing of each arm per metre by which the opposite foot is ahead.",
     )
 
-    stand_time: float = number(
-        0.8, 0.05, 5.0, "s", "Time to move from any pose to the stand.",
-        section="Start, stop, fall",
-    )
     stand_catch: float = number(
         0.05, 0.0, 0.3, "m",
         "Start to step from a stand if the divergent component of the CoM moves by this much; 0 = "
         "never.",
-    )
-    fall_tilt: float = number(
-        0.5, 0.2, 1.5, "rad",
-        "Torso tilt, predicted over fall_horizon, above which a fall is detected and the joints "
-        "relax.",
-    )
-    fall_horizon: float = number(
-        0.1, 0.0, 0.5, "s", "Time over which the tilt is predicted for fall detection."
+        section="Start and fall",
     )
     get_up: bool = switch(
         False, "Get up automatically after a fall; false = stay relaxed until `~/get_up`."

@@ -5,6 +5,10 @@ from math import hypot, sqrt
 from nao_lipm_gait.walks.pendulum import divergent_component
 from robot_core.types import Point3
 
+FALL_TILT = 0.5
+"""Predicted torso tilt [rad] above which a fall is detected."""
+FALL_HORIZON = 0.1
+"""Time [s] over which the tilt is predicted."""
 FALL_TICKS = 3
 """Ticks in a row for which the predicted tilt must exceed the limit."""
 SMALLEST_TILT = 0.05
@@ -22,7 +26,7 @@ class FallDetector:
         self._count = 0
 
     def update(
-        self, up_in_torso: Point3, tilt: float, rate: Point3, limit: float, horizon: float
+        self, up_in_torso: Point3, tilt: float, rate: Point3, horizon: float = FALL_HORIZON
     ) -> bool:
         """One tick.
 
@@ -30,7 +34,6 @@ class FallDetector:
             up_in_torso: Unit vertical in the torso frame.
             tilt: Angle [rad] between the vertical and the torso's z axis.
             rate: Angular velocity [rad/s] of the torso in the torso frame.
-            limit: Limit [rad] of the predicted tilt.
             horizon: Time [s] by which the tilt is predicted.
 
         Returns:
@@ -40,7 +43,7 @@ class FallDetector:
         wx, wy, _ = rate
         # From du/dt = u x w: the height of the torso's z axis changes by u_x w_y - u_y w_x.
         tilt_rate = (uy * wx - ux * wy) / max(sqrt(ux * ux + uy * uy), SMALLEST_TILT)
-        exceeded = tilt + horizon * tilt_rate > limit
+        exceeded = tilt + horizon * tilt_rate > FALL_TILT
         self._count = self._count + 1 if exceeded else 0
         return self._count >= FALL_TICKS
 

@@ -13,7 +13,11 @@ from nao_lipm_gait.estimation.com_measurement import (
     measured_acceleration_in_q,
     measured_com_in_q,
 )
-from nao_lipm_gait.estimation.fall_detection import FallDetector, TippingDetector
+from nao_lipm_gait.estimation.fall_detection import (
+    FALL_HORIZON,
+    FallDetector,
+    TippingDetector,
+)
 from nao_lipm_gait.estimation.ground_tilt import GroundTilt
 from nao_lipm_gait.estimation.gyro_bias_jump import GyroBiasJump
 from nao_lipm_gait.estimation.lying_side import LyingSideDetector
@@ -348,8 +352,7 @@ class StateEstimator:
             self.orientation.up_in_torso,
             self.orientation.tilt,
             self.angular_velocity,
-            self._p.fall_tilt,
-            0.0 if self._lifted else self._p.fall_horizon,  # hands may turn it fast
+            0.0 if self._lifted else FALL_HORIZON,  # hands may turn it fast
         )
 
     def detect_tipping(self) -> tuple[float, float, float, float] | None:

@@ -3,13 +3,13 @@
 import gc
 
 from nao_lipm_gait.parameters import GaitParameters
-from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController
+from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController, Output
 from nao_lipm_gait.runtime.inputs import ImuInput, Input, JointInput, TwistInput
 from robot_core.robot import RobotDescription
-from robot_core.types import GRAVITY
+from robot_core.types import GRAVITY, WALK
 
-WARM_UP_STANDS, WARM_UP_WALKS = 2, 60
-"""Ticks of the warm-up, with a stand time of nearly nothing."""
+WARM_UP_WALKS, WARM_UP_MAX = 60, 500
+"""Ticks of the warm-up: those of the walk that follows a stand, and at most."""
 COLLECT_RESTING = 2_000
 """Container objects made since the last collection, after which a resting gait collects all."""
 COLLECT_WALKING = 20_000
@@ -23,20 +23,24 @@ def warm_up(
 
     The first ticks are slow, because they fill caches and import modules.
     """
-    quick = parameters.replace(stand_time=0.05)
-    controller = GaitController(robot, quick, settings, lambda: 0.0)
+    controller = GaitController(robot, parameters, settings, lambda: 0.0)
     names, pose = list(robot.joint_names), robot.stand_pose.tolist()
     period = round(settings.control_period * 1e9)
 
-    def receive(topic: str, message: Input) -> None:
-        controller.receive(topic, lambda: message)
+    def receive(topic: str, message: Input) -> Output:
+        return controller.receive(topic, lambda: message)
 
-    for tick in range(1, WARM_UP_STANDS + WARM_UP_WALKS):
+    walked = 0
+    for tick in range(1, WARM_UP_MAX):
         sec, nanosec = divmod(tick * period, 1_000_000_000)
-        receive("imu/data", ImuInput(sec, nanosec, (0.0, 0.0, 0.0), (0.0, 0.0, GRAVITY)))
-        receive("joint_states", JointInput(sec, nanosec, names, pose))
-        if tick == WARM_UP_STANDS:
-            receive("cmd_vel", TwistInput((0.1, 0.0, 0.0), (0.0, 0.0, 0.0)))
+        rate = 1e-3 * (-1) ** tick  # an IMU that always shows the same would count as broken
+        receive("imu/data", ImuInput(sec, nanosec, (rate, rate, 0.0), (rate, rate, GRAVITY)))
+        for answer in receive("joint_states", JointInput(sec, nanosec, names, pose)).answers:
+            pose = answer.targets.position.tolist()
+        receive("cmd_vel", TwistInput((0.1, 0.0, 0.0), (0.0, 0.0, 0.0)))
+        walked += controller.state is WALK
+        if walked >= WARM_UP_WALKS:
+            return
 
 
 class GarbageScheduler:

@@ -6,6 +6,8 @@ import numpy as np
 
 from robot_core.types import FloatArray
 
+STAND_TIME = 0.8
+"""Time to move from any pose to the stand [s]."""
 REACHED = 0.005
 """Distance of a joint from the stand that needs no blending [rad]."""
 
@@ -35,13 +37,12 @@ class StandBlend:
         self._begin = np.array(position, dtype=float)
         self._time = 0.0
 
-    def apply(self, position: FloatArray, dt: float, duration: float) -> FloatArray:
+    def apply(self, position: FloatArray, dt: float) -> FloatArray:
         """Joint targets of one tick.
 
         Args:
             position: Target pose (n,) [rad].
             dt: Time since the last tick [s].
-            duration: Duration of the whole blend [s].
 
         Returns:
             Blended joint targets (n,) [rad].
@@ -49,7 +50,7 @@ class StandBlend:
         if self._begin is None:
             return position
         self._time += dt
-        share = min(1.0, self._time / duration)
+        share = min(1.0, self._time / STAND_TIME)
         smooth = share * share * (3.0 - 2.0 * share)
         way = position - self._begin
         blended: FloatArray = self._begin + smooth * way

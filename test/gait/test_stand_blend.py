@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from nao_lipm_gait.whole_body.stand_blend import REACHED, StandBlend
+from nao_lipm_gait.whole_body.stand_blend import REACHED, STAND_TIME, StandBlend
 
-DT, DURATION = 0.01, 0.8
+DT, DURATION = 0.01, STAND_TIME
 STAND = np.array((0.3, -0.2, 0.0))
 
 
 def ticks(blend: StandBlend) -> list[np.ndarray]:
     way = []
     while blend.active:
-        way.append(blend.apply(STAND, DT, DURATION))
+        way.append(blend.apply(STAND, DT))
     return way
 
 

@@ -218,7 +218,7 @@ def test_signal_ends_both_with_status_0(probe: Probe, number: int):
     ("name", "arguments", "message"),
     [
         ("gait", ["-p", "preset:=nope"], "gait: parameter preset: .*'nope'; allowed: .*paper"),
-        ("gait", ["-p", "fall_tilt:=9.0"], "gait: fall_tilt: got 9.0; allowed: .* 0.2 to 1.5 rad"),
+        ("gait", ["-p", "swing_lift:=9.0"], "gait: swing_lift: got 9.0; allowed: .* 0 to 0.06 m"),
         ("gait", ["-p", "feedback:=3"], "gait: feedback: got 3; allowed: true or false"),
         ("gait", ["-p", "urdf:=/no.urdf"], "gait: parameter urdf: .*'/no.urdf'; allowed: "),
         ("gait", ["--params-file", "/no.yaml"], "gait: .*/no.yaml"),
