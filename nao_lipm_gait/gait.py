@@ -160,7 +160,7 @@ class Gait:
         self._late = 0
         self._estimator = StateEstimator(
             self._body, self._size.parameters(p), self._dt, self.levelling, self._alignment,
-            self._ground,
+            self._ground, yaw_gyro=self.robot.has_yaw_gyro,
         )  # fmt: skip
         motions = MotionScheduler(self.robot, self._library)
         self._modes = Modes(self._requests, motions, self._estimator, self._walk)
@@ -490,7 +490,8 @@ class Gait:
         x, y, height = planned.com_in_q
         height = self._height.update(height, dt)
         pitch = self._pitch.update(planned.torso_pitch, dt)
-        leans = p.yaw_from_lean and not p.yaw_gyro and self._heading_hold.holds and walking
+        leans = p.yaw_from_lean and not self.robot.has_yaw_gyro
+        leans = leans and self._heading_hold.holds and walking
         lean = self._heading_lean.update(p.heading_lean if leans else 0.0, dt)
         return planned.posed((x, y, height), pitch + lean)
 
@@ -690,11 +691,6 @@ class Gait:
     def support(self) -> int:
         """Support leg at the time of the last frame, LEFT or RIGHT."""
         return self._walk.estimated.support
-
-    @property
-    def measures_yaw(self) -> bool:
-        """The robot is said to have a yaw gyro."""
-        return self._parameters.yaw_gyro
 
     @property
     def calibration(self) -> Calibration:

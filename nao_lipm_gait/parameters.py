@@ -109,11 +109,6 @@ class GaitParameters(Settings):
         "Turning rate per heading error while no turn is commanded; 0 = do not hold the heading.",
         section="Heading and speed",
     )
-    yaw_gyro: bool = switch(
-        False,
-        "The IMU measures the yaw rate (NAO V5 and later); odometry then measures the yaw slip of "
-        "the stance foot.",
-    )
     yaw_from_lean: bool = switch(
         True,
         "Without a yaw gyro, estimate the yaw slip of the feet from the roll rate of the leaning "

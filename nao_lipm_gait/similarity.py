@@ -282,7 +282,7 @@ def fitted(
         if name in p.as_dict():
             changes[name] = share * getattr(p, name)
     inside = {name: _inside(name, value) for name, value in changes.items()}
-    return p.replace(yaw_gyro=robot.gyro_axes == 3, **inside)
+    return p.replace(**inside)
 
 
 def _inside(name: str, value: float) -> float:

@@ -77,6 +77,7 @@ class StateEstimator:
         levelling: Learns the relative tilt of the soles.
         alignment: Measures the IMU against the soles.
         ground: Finds the tilt of the ground.
+        yaw_gyro: The robot has one; the odometry then measures the yaw slip of the stance foot.
 
     Attributes:
         com_in_q: Measured CoM [m].
@@ -93,6 +94,8 @@ class StateEstimator:
         levelling: SoleLevelling,
         alignment: StandAlignment,
         ground: GroundTilt,
+        *,
+        yaw_gyro: bool,
     ) -> None:
         p = parameters
         self.orientation = TorsoOrientation(ACCELEROMETER_TIME, p.tilt_stance_time, STANCE_TILT_MAX)
@@ -112,6 +115,7 @@ class StateEstimator:
         self._tipping = TippingDetector()
         self._lying = LyingSideDetector()
         self._yaw_over_sole = YawOverSole()
+        self._has_yaw_gyro = yaw_gyro
         self._slip_from_yaw_gyro = YawSlipFromYawGyro()
         self._slip_from_lean = YawSlipFromLean()
         self._unseen_slip = UnseenYawSlip()
@@ -250,7 +254,7 @@ class StateEstimator:
         over_sole = self._yaw_over_sole.update(support, level, other)
         velocity, dt = self.odometry.velocity, self._dt
         gyro_dt = min(dt, GAP_MAX)
-        if self._p.yaw_gyro:
+        if self._has_yaw_gyro:
             slip = self._slip_from_yaw_gyro.update(
                 over_sole, level.up, rate, gyro_dt,
                 at_rest=settled, quiet=self._alignment.time > 0.0,
@@ -291,7 +295,7 @@ class StateEstimator:
 
     @property
     def _yaw_slip(self) -> YawSlipFromYawGyro | YawSlipFromLean | UnseenYawSlip:
-        if self._p.yaw_gyro:
+        if self._has_yaw_gyro:
             return self._slip_from_yaw_gyro
         return self._slip_from_lean if self._p.yaw_from_lean else self._unseen_slip
 
@@ -305,7 +309,7 @@ class StateEstimator:
     def heading_drift_sigma(self) -> float:
         """Standard deviation [rad/s] of the drift by the gyro's bias of a heading that is held."""
         sigma, p = self.gyro_bias_sigma, self._p
-        if p.yaw_gyro:
+        if self._has_yaw_gyro:
             return sigma
         return sigma / max(sin(p.torso_pitch + p.heading_lean), LEAN_SIGMA)
 

@@ -79,7 +79,7 @@ class ImuAxes:
     Args:
         body: Kinematics of the robot.
         period: Control period [s].
-        yaw_gyro: The gyro is said to measure yaw.
+        yaw_gyro: The robot has one.
 
     Attributes:
         trouble: What is probably wrong; empty while nothing is known to be.

@@ -59,21 +59,20 @@ class SensorCheck:
     Args:
         robot: The robot that is measured.
         period: Control period [s].
-        yaw_gyro: The gyro is said to measure yaw.
 
     Attributes:
         seems_to_lie: The first frame shows a robot that lies. If its soles carry it, it does not.
         fallen: The accelerometer, which was right in the stand, shows a fall.
     """
 
-    def __init__(self, robot: RobotDescription, period: float, *, yaw_gyro: bool) -> None:
+    def __init__(self, robot: RobotDescription, period: float) -> None:
         self._body = BodyModel(robot)
         corners = np.array(robot.sole_corners)
         self._corners = corners, corners * (1.0, -1.0)
         self._step = SOLE_STEP * robot.size
         self._legs = [robot.index(n) for n in (*robot.left_leg.names, *robot.right_leg.names)]
         self._bend = robot.stand_pose[self._legs]
-        self._dt, self._yaw_gyro = period, yaw_gyro
+        self._dt, self._has_yaw_gyro = period, robot.has_yaw_gyro
         self.restart()
 
     def restart(self) -> None:
@@ -87,7 +86,7 @@ class SensorCheck:
         self._samples: deque[FloatArray] = deque(maxlen=ABSURD_TICKS)
         self._absurd = False
         self._absurd_ticks = 0
-        self._axes = ImuAxes(self._body, self._dt, yaw_gyro=self._yaw_gyro)
+        self._axes = ImuAxes(self._body, self._dt, yaw_gyro=self._has_yaw_gyro)
         self._force: FloatArray | None = None
         self.fallen = False
         self._first = True

@@ -96,9 +96,7 @@ class Supervisor:
         self._lift = None if gait.robot.force_sensors is None else LiftWatch(self._loads)
         self._outage = SensorOutage(self._loads, settings.imu_patience)
         self._heat = HeatWatch(gait.robot, say, settings.hot_speed)
-        self._check = SensorCheck(
-            gait.robot, settings.control_period, yaw_gyro=gait.measures_yaw
-        )
+        self._check = SensorCheck(gait.robot, settings.control_period)
         self._stand_check = StandCheck(gait.robot)
         self._motors_ready = True
         self._admitted = False

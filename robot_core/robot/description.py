@@ -197,6 +197,11 @@ class RobotDescription:
         ):
             object.__setattr__(self, name, read_only(values))
 
+    @property
+    def has_yaw_gyro(self) -> bool:
+        """Whether the IMU measures the yaw rate."""
+        return self.gyro_axes == 3
+
     def index(self, joint: str) -> int:
         """Index of a joint in a joint array; NaoGaitError if it is unknown."""
         try:

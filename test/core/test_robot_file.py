@@ -143,12 +143,6 @@ def test_a_v6_stands_with_its_knees_bent_as_those_of_the_h21() -> None:
     assert knees[0] == pytest.approx(knees[1], abs=0.03)
 
 
-@pytest.mark.parametrize("name", ["nao_h21_v33", "nao_h21_v40", "nao_v6"])
-def test_a_yaw_gyro_is_used_where_there_is_one(name: str) -> None:
-    robot = load_robot(name)
-    assert preset_for(robot, "default").yaw_gyro == (robot.gyro_axes == 3)
-
-
 def test_the_force_sensors_of_the_right_sole_mirror_those_of_the_left() -> None:
     left, right = load_robot("nao_v6").force_sensors or ((), ())
     assert [y > 0.0 for _, y in left] == [y > 0.0 for _, y in right] == [True, False, True, False]

@@ -21,17 +21,19 @@ from sim_bridge.trials.trial import Push
 from sim_bridge.trials.tasks import find_task
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 
-def run(task, parameters=GaitParameters(), end=5.0, push=None):
+def run(task, parameters=GaitParameters(), end=5.0, push=None, robot="nao_h21_v33"):
     task = find_task(task).measured(1.0, end)
     trace = rollout(
-        RolloutSpec(task, robot_seed=3, parameters=parameters, push=push, keep_trace=True)
+        RolloutSpec(
+            task, robot_seed=3, parameters=parameters, push=push, keep_trace=True, urdf=robot
+        )
     ).trace
     bits = hashlib.md5(trace.com.tobytes() + trace.com_estimated_in_q.tobytes())
     print(task.name, len(trace), trace.alarm[-1], bits.hexdigest())
 
 P = GaitParameters()
 run("forward", end=6.0)
-run("curve", P.replace(yaw_gyro=True), end=5.0)
+run("curve", end=5.0, robot="nao_v6")
 run("spot", push=Push(4.5, 2.0, 0.8), end=6.0)
 run("side", push=Push(5.0, 9.0, 1.6), end=6.5)
 run("diagonal", load_preset("paper"), end=5.0)

@@ -1,5 +1,6 @@
 """Motions in the gait: which may begin when, and what follows them."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -248,7 +249,8 @@ def test_a_motion_that_was_asked_for_before_the_first_frame_runs(library: Motion
 
 
 def test_a_fall_ends_the_heading_hold(library: MotionLibrary) -> None:
-    robot = obedient(library, yaw_gyro=True)
+    with_gyro = dataclasses.replace(ROBOT, gyro_axes=3)
+    robot = ObedientRobot(with_gyro, PARAMETERS.replace(feedback_delay=0.0), library)
     robot.run(1.0)
     robot.run(3.0, FORWARD)
     robot.gait.report_fall()

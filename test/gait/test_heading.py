@@ -1,6 +1,7 @@
 """Heading hold and yaw slip by a yaw gyro: laws, and a robot that walks straight with them."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -147,17 +148,20 @@ def test_odometry_turns_with_the_support_sole() -> None:
     assert odometry.base_footprint_in_odom[2] == pytest.approx(0.2)
 
 
-def test_a_robot_with_a_yaw_gyro_keeps_its_heading_on_a_slippery_floor() -> None:
-    def drift(axes: int, parameters: GaitParameters) -> float:
+def test_a_robot_with_a_yaw_gyro_keeps_its_heading_on_a_slippery_floor(tmp_path: Path) -> None:
+    robot = tmp_path / "with_yaw_gyro.yaml"
+    robot.write_text("base: nao_h21\nname: with_yaw_gyro\nurdf: nao_h21_v33\ngyro_axes: 3\n")
+
+    def drift(urdf: str, parameters: GaitParameters) -> float:
         spec = RolloutSpec(
             find_task("forward").lasting(5.0), robot_seed=0, parameters=parameters, engine="mujoco",
-            plant_options=(("sensors.gyro_axes", axes), ("variation.friction", (0.4, 0.4))),
+            urdf=urdf, plant_options=(("variation.friction", (0.4, 0.4)),),
         )  # fmt: skip
         metrics = rollout(spec).metrics
         assert not metrics.fell
         return math.degrees(abs(metrics.turn_rate))
 
     pytest.importorskip("mujoco")
-    gyro = drift(3, GaitParameters(yaw_gyro=True))
+    gyro = drift(str(robot), GaitParameters())
     assert gyro < 2.0
-    assert gyro < 0.5 * drift(2, GaitParameters(yaw_from_lean=False))
+    assert gyro < 0.5 * drift("nao_h21_v33", GaitParameters(yaw_from_lean=False))
