@@ -15,6 +15,7 @@ from nao_lipm_gait.estimation.ground_tilt import GroundTilt
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling, sole_springs
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.state_estimator import LYING_TILT, StateEstimator
+from nao_lipm_gait.estimation.yaw_slip_from_lean import HEADING_LEAN
 from nao_lipm_gait.frame_check import check_inputs
 from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.modes import UPRIGHT_TILT, ModeInputs, Modes, Requests, Transition
@@ -492,7 +493,7 @@ class Gait:
         pitch = self._pitch.update(planned.torso_pitch, dt)
         leans = p.yaw_from_lean and not self.robot.has_yaw_gyro
         leans = leans and self._heading_hold.holds and walking
-        lean = self._heading_lean.update(p.heading_lean if leans else 0.0, dt)
+        lean = self._heading_lean.update(HEADING_LEAN if leans else 0.0, dt)
         return planned.posed((x, y, height), pitch + lean)
 
     def _turn_head(self, position: FloatArray) -> None:

@@ -111,12 +111,8 @@ class GaitParameters(Settings):
     )
     yaw_from_lean: bool = switch(
         True,
-        "Without a yaw gyro, estimate the yaw slip of the feet from the roll rate of the leaning "
-        "torso.",
-    )
-    heading_lean: float = number(
-        0.12, 0.0, 0.2, "rad",
-        "Additional torso lean for that estimate while a heading is held; more lean improves it.",
+        "Without a yaw gyro, estimate the yaw slip of the feet from the roll rate of the torso, "
+        "which leans further forward while a heading is held.",
     )
     speed_time: float = number(
         2.0, 0.0, 60.0, "s",
@@ -163,16 +159,8 @@ class GaitParameters(Settings):
     )
     tilt_pitch_gain: float = number(
         0.8, 0.0, 1.5, "",
-        "Share of the torso's pitch error by which the swing foot is rotated back and raised.",
-    )
-    tilt_roll_gain: float = number(
-        0.5, 0.0, 1.5, "",
-        "Share of the torso's roll error by which the swing foot is rotated back and raised.",
-    )
-    tilt_com_gain: float = number(
-        0.3, 0.0, 1.5, "",
-        "Share of the CoM displacement caused by the torso's tilt that is removed from the CoM "
-        "target.",
+        "Share of the torso's pitch error by which the swing foot is rotated back and raised; 0 = "
+        "no tilt is compensated, in roll neither.",
     )
     arm_swing: float = number(
         5.5, 0.0, 12.0, "rad/m",

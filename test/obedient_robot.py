@@ -19,7 +19,7 @@ PERIOD = 10_000_000
 """Time [ns] between two frames."""
 UPRIGHT = (0.0, 0.0, 9.81)
 """Specific force [m/s^2] of an upright torso at rest."""
-PARAMETERS = GaitParameters(torso_pitch=0.0, heading_lean=0.0)
+PARAMETERS = GaitParameters(torso_pitch=0.0, yaw_from_lean=False)
 """Parameters for a torso that stays upright whatever the legs do."""
 
 

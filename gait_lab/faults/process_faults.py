@@ -18,7 +18,7 @@ CHANGED = (
     "pendulum_width", "pendulum_offset_y", "pendulum_shift_max", "com_height", "foot_spacing",
     "torso_pitch", "swing_lift", "swing_travel_end", "step_forward_max", "step_side_max",
     "step_turn_max", "feedback", "feedback_delay", "velocity_sigma", "offset_time", "heading_gain",
-    "gyro_pitch_gain", "tilt_roll_gain", "arm_swing", "walk", "stand_catch", "kick_reach",
+    "gyro_pitch_gain", "tilt_pitch_gain", "arm_swing", "walk", "stand_catch", "kick_reach",
 )  # fmt: skip
 """Parameters that the fault `parameters` changes; a fixed list, so that a new one alters no run."""
 

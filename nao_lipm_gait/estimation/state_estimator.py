@@ -29,7 +29,11 @@ from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOri
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.estimation.yaw_off_feet import YawOffFeet
 from nao_lipm_gait.estimation.yaw_slip import UnseenYawSlip, YawOverSole, YawSlipFromYawGyro
-from nao_lipm_gait.estimation.yaw_slip_from_lean import LEAN_SIGMA, YawSlipFromLean
+from nao_lipm_gait.estimation.yaw_slip_from_lean import (
+    HEADING_LEAN,
+    LEAN_SIGMA,
+    YawSlipFromLean,
+)
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walk_engines import WALKS
 from nao_lipm_gait.walks.base import Expectation
@@ -308,10 +312,10 @@ class StateEstimator:
     @property
     def heading_drift_sigma(self) -> float:
         """Standard deviation [rad/s] of the drift by the gyro's bias of a heading that is held."""
-        sigma, p = self.gyro_bias_sigma, self._p
+        sigma = self.gyro_bias_sigma
         if self._has_yaw_gyro:
             return sigma
-        return sigma / max(sin(p.torso_pitch + p.heading_lean), LEAN_SIGMA)
+        return sigma / max(sin(self._p.torso_pitch + HEADING_LEAN), LEAN_SIGMA)
 
     def _mean_rate(self, frame: SensorFrame) -> Point3:
         """Gyro [rad/s] since the last frame; if nothing else is known, the mean of both ends."""

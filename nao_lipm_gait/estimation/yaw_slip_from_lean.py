@@ -12,6 +12,8 @@ from nao_lipm_gait.estimation.yaw_slip import (
 )
 from robot_core.types import LEFT, FloatArray, Point3, Pose2
 
+HEADING_LEAN = 0.12
+"""Additional lean [rad] of the torso for this measurement, while a heading is held."""
 REST_SAMPLES = 50
 """Number of samples whose mean measures the bias at rest."""
 REST_SPREAD = 0.03

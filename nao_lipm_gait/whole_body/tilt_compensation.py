@@ -12,6 +12,10 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 from robot_core.types import LEFT
 
+ROLL_GAIN = 0.5
+"""Share of the roll error by which the swing foot is rotated back; as `tilt_pitch_gain`."""
+COM_GAIN = 0.3
+"""Share of the CoM's displacement by the tilt that is removed from its target."""
 DEADBAND = 0.07
 """[rad] Smaller tilt errors belong to the walk and are not compensated."""
 FOLLOW_TIME = 0.03
@@ -51,7 +55,8 @@ class TiltCompensation:
         """
         p = parameters
         roll, pitch = _beyond(tilt[0], DEADBAND), _beyond(tilt[1], DEADBAND)
-        wanted = -p.tilt_roll_gain * roll, -p.tilt_pitch_gain * pitch
+        roll_gain, com_gain = (ROLL_GAIN, COM_GAIN) if p.tilt_pitch_gain > 0.0 else (0.0, 0.0)
+        wanted = -roll_gain * roll, -p.tilt_pitch_gain * pitch
         turns = self._turns
         turns[-support] = _approach(turns[-support], wanted, dt / FOLLOW_TIME)
         turns[support] = _approach(turns[support], (0.0, 0.0), 1.0 - exp(-dt / RELEASE_TIME))
@@ -65,7 +70,7 @@ class TiltCompensation:
             left = _turned(left, turns[+1], _rise(left, right, turns[+1]))
             right = _turned(right, turns[-1])
         x, y, z = targets.com_in_q
-        com = x - z * (p.tilt_com_gain * pitch), y + z * (p.tilt_com_gain * roll), z
+        com = x - z * (com_gain * pitch), y + z * (com_gain * roll), z
         return BodyTargets(
             com, left, right, targets.torso_roll, targets.torso_pitch, targets.q_in_odom,
             targets.torso_yaw,

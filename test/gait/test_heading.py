@@ -9,6 +9,7 @@ import pytest
 from nao_lipm_gait.estimation.com_measurement import LevelFrame, level_frame
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.yaw_slip import YawSlipFromYawGyro
+from nao_lipm_gait.estimation.yaw_slip_from_lean import HEADING_LEAN
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.velocity_control import SETTLING_TIME, YAW_RATE_MAX, HeadingHold
 from nao_lipm_gait.whole_body.body_model import SolePose
@@ -94,11 +95,11 @@ def test_a_heading_is_held_until_a_turn_is_commanded() -> None:
 
 @pytest.mark.parametrize(("yaw", "leans"), [(0.0, True), (0.4, False)])
 def test_only_a_robot_that_walks_straight_leans(yaw: float, leans: bool) -> None:
-    def pitch(heading_lean: float) -> float:
+    def pitch(yaw_from_lean: bool) -> float:
         knots = ((0.5, VelocityCommand(0.0, 0.0, 0.0)), (1.0, VelocityCommand(0.15, 0.0, yaw)))
         spec = RolloutSpec(
             Task("lean", knots, 4.0, 5.0), keep_trace=True, engine="mujoco",
-            parameters=GaitParameters(heading_lean=heading_lean),
+            parameters=GaitParameters(yaw_from_lean=yaw_from_lean),
         )  # fmt: skip
         trace = rollout(spec).trace
         assert trace is not None
@@ -106,7 +107,7 @@ def test_only_a_robot_that_walks_straight_leans(yaw: float, leans: bool) -> None
         return float(np.mean(np.arcsin(2.0 * (w * y - z * x))))
 
     pytest.importorskip("mujoco")
-    assert pitch(0.1) - pitch(0.0) == pytest.approx(0.1 if leans else 0.0, abs=0.03)
+    assert pitch(True) - pitch(False) == pytest.approx(HEADING_LEAN if leans else 0.0, abs=0.03)
 
 
 def test_the_yaw_slip_is_the_gyros_rotation_without_that_over_the_sole() -> None:

@@ -65,7 +65,7 @@ def test_the_trace_covers_the_task_at_the_control_rate(walked: Any) -> None:
 def test_a_fall_ends_the_rollout() -> None:
     # Far beyond what the robot can do, at once and without feedback.
     parameters = GaitParameters(
-        feedback=False, step_limit_norm=4.0, step_mixed_weight=1.0, step_side_max=0.2,
+        feedback=False, extensions=False, step_side_max=0.2,
         step_turn_max=1.5, step_turn_rate=1.5,
     )  # fmt: skip
     command = VelocityCommand(0.6, 0.6, 6.0)

@@ -9,30 +9,24 @@ from nao_lipm_gait.parameters import GaitParameters
 from robot_core.schema import choice, number, switch
 
 EXTENSIONS_OFF: Mapping[str, float | bool] = {
-    "pendulum_hold_time": 0.0,
     "pendulum_shift_side_max": 0.0,
     "swing_toe_lift": 0.0,
     "step_mixed_weight": 1.0,
     "step_capture": 0.0,
     "step_capture_back": 0.0,
-    "step_catch_out": 0.0,
-    "step_catch_in": 0.0,
+    "step_catch": 0.0,
     "step_hurry": 1.0,
     "offset_time": 0.0,
     "push_velocity": 0.0,
-    "push_acceleration": False,
     "sway_limit": 0.0,
     "heading_gain": 0.0,
     "yaw_from_lean": False,
-    "heading_lean": 0.0,
     "speed_time": 0.0,
     "level_soles": False,
     "follow_ground": False,
     "gyro_pitch_gain": 0.0,
     "gyro_roll_gain": 0.0,
     "tilt_pitch_gain": 0.0,
-    "tilt_roll_gain": 0.0,
-    "tilt_com_gain": 0.0,
     "arm_swing": 0.0,
     "stand_catch": 0.0,
 }
@@ -59,11 +53,6 @@ class LipmParameters(GaitParameters):
     pendulum_shift_back_max: float = number(
         0.036, 0.0, 0.08, "m", "Largest shift r_x of the pendulum origin towards the heel."
     )
-    pendulum_hold_time: float = number(
-        0.06, 0.0, 0.1, "s",
-        "Last time of a step in which r_x is held and the step size follows instead; 0 = never, as "
-        "in the paper.",
-    )
     pendulum_shift_side_max: float = number(
         0.055, 0.0, 0.06, "m",
         "Largest outward shift of the pendulum origin inside the sole if the CoM returns too late.",
@@ -83,15 +72,10 @@ class LipmParameters(GaitParameters):
         0.5, 0.0, 2.0, "rad/m",
         "Toe lift in mid-swing per metre that the foot moves forward; compensates for joint lag.",
     )
-    step_limit_norm: float = number(
-        1.0, 1.0, 4.0, "",
-        "Exponent that combines the limits of mixed directions: 1 = sum of the shares, 2 = "
-        "ellipsoid.",
-    )
     step_mixed_weight: float = number(
         1.7, 1.0, 4.0, "",
-        "Weight of the smaller shares in that combination; a larger value shortens the steps of "
-        "curves and diagonals.",
+        "Weight of the smaller shares where the limits of mixed directions are combined; a larger "
+        "value shortens the steps of curves and diagonals.",
     )
     step_travel_max: float = number(
         0.21, 0.05, 0.4, "m",
@@ -106,11 +90,9 @@ class LipmParameters(GaitParameters):
     step_capture_back: float = number(
         0.15, 0.0, 1.0, "", "As step_capture, for a step that must reach further back."
     )
-    step_catch_out: float = number(
-        0.06, 0.0, 0.15, "m", "Distance by which feedback may move the next foot outwards."
-    )
-    step_catch_in: float = number(
-        0.03, 0.0, 0.05, "m", "Distance by which feedback may move the next foot inwards."
+    step_catch: float = number(
+        0.06, 0.0, 0.1, "m",
+        "Distance by which feedback may move the next foot outwards, and half as far inwards.",
     )
     step_hurry: float = number(
         0.09, 0.0, 1.0, "m",
@@ -131,10 +113,8 @@ class LipmParameters(GaitParameters):
     )
     push_velocity: float = number(
         0.14, 0.0, 1.0, "m/s",
-        "Detect a push if the measured CoM moves this much faster than expected; 0 = off.",
-    )
-    push_acceleration: bool = switch(
-        True, "Detect pushes with the accelerometer too, before the CoM has moved."
+        "Detect a push if CoM and accelerometer show that the CoM moves this much faster than "
+        "expected; 0 = off.",
     )
     sway_limit: float = number(
         0.0022, 0.0, 0.05, "m",

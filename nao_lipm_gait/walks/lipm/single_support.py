@@ -39,6 +39,10 @@ STEP_DURATION_MAX = 0.45
 """[s] Longest single support."""
 TIME_MIN = 1e-9
 """Times below this count as zero [s]."""
+HOLD_TIME = 0.06
+"""[s] Last time of a step in which r_x is held and the step size follows instead."""
+CATCH_IN_SHARE = 0.5
+"""How far feedback may move the next foot inwards, as a share of outwards."""
 SEARCH_STEP = 0.01
 """Time step of the search for an earlier support change [s]."""
 
@@ -193,7 +197,7 @@ class SingleSupport:
         next_tanh = -min(max(entry_velocity / (k * entry), 0.0), NEXT_TANH_MAX)
         y, vy = swing * (change.position - lateral.r_y), swing * change.velocity
         longer = longer_step(yaw, next_tanh, k, y - self._s_y(state, lateral), vy)
-        held = change.time < p.pendulum_hold_time and not request.shifts_weight
+        held = p.extensions and change.time < HOLD_TIME and not request.shifts_weight
         plan = plan_pendulum_origin(
             state.x,
             state.vx,
@@ -257,4 +261,5 @@ class SingleSupport:
         """D [m], moved towards where the next pendulum gets its wanted width."""
         p = self._p
         caught = catching_stride(change.position, change.velocity, self._k, p.pendulum_width)
-        return stride + min(max(caught - stride, -p.step_catch_in), p.step_catch_out)
+        outwards, inwards = p.step_catch, CATCH_IN_SHARE * p.step_catch
+        return stride + min(max(caught - stride, -inwards), outwards)

@@ -36,10 +36,10 @@ def double_step_duration(side: float, parameters: LipmParameters) -> float:
 def limit_share(stride: Stride, parameters: LipmParameters) -> float:
     """Share of the step limits that a stride uses; 1 = all.
 
-    It is the norm of the shares by `step_limit_norm`, where all but the largest share count
-    `step_mixed_weight` times.
+    It is their sum, where all but the largest share count `step_mixed_weight` times. Without the
+    extensions the limits form an ellipsoid.
     """
-    norm, weight = parameters.step_limit_norm, parameters.step_mixed_weight
+    norm, weight = 1.0 if parameters.extensions else 2.0, parameters.step_mixed_weight
     x, y, yaw = stride.used_shares(parameters)
     least, middle, largest = sorted((x, y, yaw))
     mixed = weight**norm * (least**norm + middle**norm)

@@ -183,8 +183,6 @@ class LipmWalk:
         self._sway.update(dy, dt)
         self._observer.predict(expected, dt)  # (12)
         correction = self._observer.correct(dx, dy)  # (13), (14)
-        if not self._p.push_acceleration:
-            acceleration = None
         if acceleration is not None:
             acceleration = unexplained_acceleration(self._before, expected, acceleration, dt)
         push_x, push_y = self._push_detector.update(
