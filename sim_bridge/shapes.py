@@ -35,13 +35,14 @@ class Shape:
 
 def read_colors(tree: ET.Element) -> dict[str, tuple[float, ...]]:
     """Red, green, blue, alpha by name of the material."""
-    colors = {}
-    for material in tree.iter("material"):
-        color = material.find("color")
-        if color is not None:
-            rgba = tuple(float(v) for v in color.attrib["rgba"].split())
-            colors[material.attrib.get("name", "")] = rgba
-    return colors
+    materials = ((each.attrib.get("name", ""), _color(each)) for each in tree.iter("material"))
+    return {name: color for name, color in materials if color is not None}
+
+
+def _color(material: ET.Element) -> tuple[float, ...] | None:
+    """Red, green, blue, alpha; None if the material only names another one."""
+    color = material.find("color")
+    return None if color is None else tuple(float(v) for v in color.attrib["rgba"].split())
 
 
 def read_shapes(
@@ -76,8 +77,9 @@ def read_shapes(
             for key in ("xyz", "rpy")
         )
         pose = placement * pin.SE3(pin.rpy.rpyToMatrix(rpy), xyz)
-        material = element.find("material")
-        color = colors.get("" if material is None else material.attrib.get("name", ""))
+        color, material = None, element.find("material")
+        if material is not None:
+            color = _color(material) or colors.get(material.attrib.get("name", ""))
         shape = Shape(primitive.tag, size, pose.translation.copy(), pose.rotation.copy())
         shapes.append(shape if color is None else dataclasses.replace(shape, color=color))
     return shapes

@@ -13,6 +13,7 @@ from gait_lab.analysis.recorded_walk import RecordedWalk
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import FloatArray
+from sim_bridge.shapes import Shape, read_colors, read_shapes
 from sim_bridge.trials.trace import IntArray
 
 
@@ -225,24 +226,21 @@ class Shapes:
 def shapes_of(urdf: str) -> Shapes:
     """All visual boxes, cylinders and spheres of a URDF; meshes are left out."""
     root = ET.fromstring(urdf)
-    colors = {m.get("name", ""): _rgb(m) for m in root.findall("material")}
+    colors = read_colors(root)
     links: list[str] = []
     vertices, owners, triangles, paint = [], [], [], []
     count = 0
     for link in root.findall("link"):
-        for visual in link.findall("visual"):
-            made = _made(visual.find("geometry"))
-            if made is None:
-                continue
-            points, faces = made
+        for shape in read_shapes(link, "visual", pin.SE3.Identity(), colors):
+            points, faces = _mesh(shape)
             name = link.get("name", "")
             if name not in links:
                 links.append(name)
-            rotation, place = _origin(visual.find("origin"))
-            vertices.append(points @ rotation.T + place)
+            vertices.append(points @ shape.rotation.T + shape.position)
             owners.append(np.full(len(points), links.index(name)))
             triangles.append(faces + count)
-            paint += [_color(visual.find("material"), colors)] * len(faces)
+            red, green, blue = (round(255 * value) for value in shape.color[:3])
+            paint += [f"rgb({red},{green},{blue})"] * len(faces)
             count += len(points)
     if not vertices:
         return Shapes((), np.empty((0, 3)), np.empty(0, int), np.empty((0, 3), int), ())
@@ -255,42 +253,15 @@ def shapes_of(urdf: str) -> Shapes:
     )
 
 
-def _rgb(material: ET.Element | None) -> str | None:
-    color = None if material is None else material.find("color")
-    if color is None:
-        return None
-    r, g, b = (round(255 * float(value)) for value in color.get("rgba", "").split()[:3])
-    return f"rgb({r},{g},{b})"
-
-
-def _color(material: ET.Element | None, named: dict[str, str | None]) -> str:
-    own = _rgb(material)
-    name = "" if material is None else material.get("name", "")
-    return own or named.get(name) or "rgb(200,204,210)"
-
-
-def _origin(origin: ET.Element | None) -> tuple[FloatArray, FloatArray]:
-    if origin is None:
-        return np.eye(3), np.zeros(3)
-    roll, pitch, yaw = (float(value) for value in origin.get("rpy", "0 0 0").split())
-    place = np.array([float(value) for value in origin.get("xyz", "0 0 0").split()])
-    return np.asarray(pin.rpy.rpyToMatrix(roll, pitch, yaw)), place
-
-
-def _made(geometry: ET.Element | None) -> tuple[FloatArray, IntArray] | None:
-    if geometry is None:
-        return None
-    if (box := geometry.find("box")) is not None:
-        return _box(*(float(value) for value in box.get("size", "").split()))
-    if (cylinder := geometry.find("cylinder")) is not None:
-        return _lathe(*_cylinder_profile(
-            float(cylinder.get("radius", "")), float(cylinder.get("length", ""))
-        ))  # fmt: skip
-    if (sphere := geometry.find("sphere")) is not None:
-        radius = float(sphere.get("radius", ""))
-        angles = np.linspace(-0.5 * math.pi, 0.5 * math.pi, ROUND // 2 + 1)
-        return _lathe(radius * np.cos(angles), radius * np.sin(angles))
-    return None
+def _mesh(shape: Shape) -> tuple[FloatArray, IntArray]:
+    """Vertices (v, 3) [m] in the frame of a shape, and triangles (f, 3) of them."""
+    if shape.kind == "box":
+        return _box(*shape.size)
+    if shape.kind == "cylinder":
+        return _lathe(*_cylinder_profile(*shape.size))
+    (radius,) = shape.size
+    angles = np.linspace(-0.5 * math.pi, 0.5 * math.pi, ROUND // 2 + 1)
+    return _lathe(radius * np.cos(angles), radius * np.sin(angles))
 
 
 def _box(x: float, y: float, z: float) -> tuple[FloatArray, IntArray]:
