@@ -1,6 +1,5 @@
 """The robot's body in a recording: poses of its parts, and the shapes of its links."""
 
-import math
 import tempfile
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
@@ -13,7 +12,8 @@ from gait_lab.analysis.recorded_walk import RecordedWalk
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import FloatArray
-from sim_bridge.shapes import Shape, read_colors, read_shapes
+from sim_bridge.meshes import mesh_of
+from sim_bridge.shapes import read_colors, read_shapes
 from sim_bridge.trials.trace import IntArray
 
 
@@ -201,7 +201,7 @@ def planar_pose(x: FloatArray, y: FloatArray, yaw: FloatArray) -> FloatArray:
 
 
 ROUND = 12
-"""Corners with which a circle is drawn."""
+"""Facets of a round shape around its axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,11 +232,14 @@ def shapes_of(urdf: str) -> Shapes:
     count = 0
     for link in root.findall("link"):
         for shape in read_shapes(link, "visual", pin.SE3.Identity(), colors):
-            points, faces = _mesh(shape)
+            # Rounded, so that triangles share their corners.
+            corners = mesh_of(shape, ROUND).vertices.round(9)
+            points, corner = np.unique(corners, axis=0, return_inverse=True)
+            faces = corner.reshape(-1, 3)
             name = link.get("name", "")
             if name not in links:
                 links.append(name)
-            vertices.append(points @ shape.rotation.T + shape.position)
+            vertices.append(points)
             owners.append(np.full(len(points), links.index(name)))
             triangles.append(faces + count)
             red, green, blue = (round(255 * value) for value in shape.color[:3])
@@ -251,45 +254,3 @@ def shapes_of(urdf: str) -> Shapes:
         np.vstack(triangles),
         tuple(paint),
     )
-
-
-def _mesh(shape: Shape) -> tuple[FloatArray, IntArray]:
-    """Vertices (v, 3) [m] in the frame of a shape, and triangles (f, 3) of them."""
-    if shape.kind == "box":
-        return _box(*shape.size)
-    if shape.kind == "cylinder":
-        return _lathe(*_cylinder_profile(*shape.size))
-    (radius,) = shape.size
-    angles = np.linspace(-0.5 * math.pi, 0.5 * math.pi, ROUND // 2 + 1)
-    return _lathe(radius * np.cos(angles), radius * np.sin(angles))
-
-
-def _box(x: float, y: float, z: float) -> tuple[FloatArray, IntArray]:
-    corners = np.array([(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)])
-    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
-    return 0.5 * corners * (x, y, z), np.array(triangles)
-
-
-def _cylinder_profile(radius: float, length: float) -> tuple[FloatArray, FloatArray]:
-    half = 0.5 * length
-    return np.array([0.0, radius, radius, 0.0]), np.array([-half, -half, half, half])
-
-
-def _lathe(radius: FloatArray, height: FloatArray) -> tuple[FloatArray, IntArray]:
-    """A profile turned about z; radii (p,) and heights (p,), from the lower pole to the upper."""
-    angle = np.arange(ROUND) * 2.0 * math.pi / ROUND
-    rings = [
-        np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(ROUND, z)])
-        for r, z in zip(radius, height, strict=True)
-    ]
-    triangles = []
-    for ring in range(len(radius) - 1):
-        for a in range(ROUND):
-            b = (a + 1) % ROUND
-            low, high = ring * ROUND, (ring + 1) * ROUND
-            if radius[ring] > 0.0:
-                triangles.append((low + a, low + b, high + b))
-            if radius[ring + 1] > 0.0:
-                triangles.append((low + a, high + b, high + a))
-    return np.vstack(rings), np.array(triangles)

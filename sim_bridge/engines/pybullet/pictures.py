@@ -19,7 +19,7 @@ from robot_core.types import FloatArray
 from sim_bridge.ball import BallState
 from sim_bridge.body import Body
 from sim_bridge.engines.pybullet.library import bullet, silenced
-from sim_bridge.engines.pybullet.meshes import Mesh, faceted, flat, joined, mesh_of, wavefront
+from sim_bridge.meshes import Mesh, faceted, flat, joined, mesh_of, wavefront
 from sim_bridge.shapes import Shape
 from sim_bridge.state import TrueState
 from sim_bridge.surroundings import Surroundings

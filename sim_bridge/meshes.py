@@ -1,4 +1,4 @@
-"""Shapes as triangles with few facets, for PyBullet's software renderer."""
+"""Shapes as triangles with few facets."""
 
 import math
 from typing import NamedTuple
@@ -8,8 +8,8 @@ import numpy as np
 from robot_core.types import FloatArray
 from sim_bridge.shapes import Shape
 
-AROUND, ALONG = 16, 8
-"""Facets of a round shape around its axis, and of a sphere along it."""
+FACETS = 16
+"""Of a round shape around its axis; a sphere has half as many along it."""
 
 
 class Mesh(NamedTuple):
@@ -28,14 +28,15 @@ class Mesh(NamedTuple):
         return Mesh(self.vertices @ rotation.T + position, self.normals @ rotation.T)
 
 
-def mesh_of(shape: Shape) -> Mesh:
-    """A shape in the frame of its link."""
+def mesh_of(shape: Shape, facets: int = FACETS) -> Mesh:
+    """A shape in the frame of its link; a round one has `facets` around its axis."""
     if shape.kind == "box":
         mesh = _box(np.array(shape.size))
     elif shape.kind == "sphere":
-        mesh = _sphere(shape.size[0])
+        mesh = _sphere(shape.size[0], facets)
     else:
-        mesh = _cylinder(*shape.size)
+        radius, length = shape.size
+        mesh = _cylinder(radius, length, facets)
     return mesh.placed(shape.position, shape.rotation)
 
 
@@ -79,9 +80,9 @@ def _box(size: FloatArray) -> Mesh:
     return faceted(np.array(faces))
 
 
-def _sphere(radius: float) -> Mesh:
-    polar = np.linspace(0.0, math.pi, ALONG + 1)
-    around = np.linspace(0.0, math.tau, AROUND + 1)
+def _sphere(radius: float, facets: int) -> Mesh:
+    polar = np.linspace(0.0, math.pi, facets // 2 + 1)
+    around = np.linspace(0.0, math.tau, facets + 1)
     grid = np.stack(
         (
             np.outer(np.sin(polar), np.cos(around)),
@@ -97,8 +98,8 @@ def _sphere(radius: float) -> Mesh:
     return Mesh(radius * normals, normals)
 
 
-def _cylinder(radius: float, length: float) -> Mesh:
-    angles = np.linspace(0.0, math.tau, AROUND + 1)
+def _cylinder(radius: float, length: float, facets: int) -> Mesh:
+    angles = np.linspace(0.0, math.tau, facets + 1)
     rim = np.column_stack((np.cos(angles), np.sin(angles), np.zeros_like(angles)))
     up = np.array((0.0, 0.0, length / 2.0))
     a, b = rim[:-1], rim[1:]
