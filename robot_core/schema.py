@@ -487,6 +487,19 @@ def write_text(path: Path, text: str, field: str) -> None:
         raise NaoGaitError(field, str(path), f"a file that can be written ({error})") from error
 
 
+def require_writable(path: Path, field: str) -> None:
+    """Raise NaoGaitError if a file cannot be written; `field` is the option that names it."""
+    existed = path.exists()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("a", encoding="utf-8"):
+            pass
+        if not existed:
+            path.unlink()
+    except OSError as error:
+        raise NaoGaitError(field, str(path), f"a file that can be written ({error})") from error
+
+
 def parse_yaml(text: str, where: str) -> Any:
     """Parse a YAML text; `where` names its source in the NaoGaitError.
 

@@ -19,6 +19,7 @@ from gait_lab.bench.rows import Row, as_dicts, as_text
 from nao_lipm_gait.presets import preset_for
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
+from robot_core.schema import require_writable
 from sim_bridge.trials.compiled import is_compiled
 from sim_bridge.trials.tasks import find_task
 
@@ -221,13 +222,3 @@ def run(
     if json_file is not None:
         json_file.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
         out(f"wrote {json_file}")
-
-
-def require_writable(path: Path, name: str) -> None:
-    """Raise NaoGaitError if the file cannot be written; `name` is the option that names it."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("a", encoding="utf-8"):
-            pass
-    except OSError as error:
-        raise NaoGaitError(name, str(path), f"a file that can be written ({error})") from error

@@ -29,6 +29,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.ros.patience import ANSWER, STALL
 from robot_core.ros.process import StopRequest, stop_on_signal
+from robot_core.schema import require_writable
 from robot_core.types import FloatArray
 from sim_bridge.trials.calibration_procedure import (
     POSED,
@@ -178,7 +179,7 @@ def run(
         CalibrationError: If the robot was not calibrated.
         KeyboardInterrupt: If the user interrupts.
     """
-    _prepare(out)
+    require_writable(out, "out")
     with ros_node("nao_gait_calibrate", namespace) as node, stop_on_signal() as stop:
         posing = _Posing(node, stop) if zeros else None
         procedure = Procedure(posing.poses if posing else ())
@@ -206,18 +207,6 @@ def run(
     say(f"wrote {out}; use it by: gait --ros-args -p calibration:={out}")
 
 
-def _prepare(out: Path) -> None:
-    """Make the folder of a file; NaoGaitError if the file cannot be written."""
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with out.open("a", encoding="utf-8"):
-            pass
-        if out.stat().st_size == 0:
-            out.unlink()
-    except OSError as error:
-        raise NaoGaitError("out", str(out), f"a file that can be written ({error})") from error
-
-
 def _find_gait(node: "Node", client: _RobotClient, stop: StopRequest) -> None:
     """Wait for the messages of a gait that has sensors."""
     for found, what, allowed in (
@@ -241,46 +230,39 @@ class GaitParameters:
     """
 
     def __init__(self, node: "Node", spin: Callable[[], None]) -> None:
-        from rcl_interfaces.srv import GetParameters, SetParametersAtomically
+        from rclpy.parameter_client import AsyncParameterClient
 
-        self._reader = node.create_client(GetParameters, "gait/get_parameters")
-        self._writer = node.create_client(
-            SetParametersAtomically, "gait/set_parameters_atomically"
-        )
+        self._client = AsyncParameterClient(node, "gait")
         self._spin = spin
 
     def read(self, names: Sequence[str]) -> list[float | str]:
         """Numbers and texts by name; NaoGaitError if the gait does not answer."""
-        from rcl_interfaces.srv import GetParameters
         from rclpy.parameter import parameter_value_to_python
 
-        answer = self._ask(self._reader, GetParameters.Request(names=list(names)))
+        answer = self._ask(lambda: self._client.get_parameters(list(names)))
         return [parameter_value_to_python(value) for value in answer.values]
 
     def write(self, values: Mapping[str, float]) -> None:
         """Set numbers; NaoGaitError if the gait refuses them, or does not answer."""
-        from rcl_interfaces.srv import SetParametersAtomically
         from rclpy.parameter import Parameter
 
-        messages = [Parameter(name, value=value).to_parameter_msg()
-                    for name, value in values.items()]  # fmt: skip
-        request = SetParametersAtomically.Request(parameters=messages)
-        result = self._ask(self._writer, request).result
+        changed = [Parameter(name, value=value) for name, value in values.items()]
+        result = self._ask(lambda: self._client.set_parameters_atomically(changed)).result
         if not result.successful:
             raise NaoGaitError("parameters of the gait", dict(values), result.reason)
 
-    def _ask(self, client: Any, request: Any) -> Any:
+    def _ask(self, request: Callable[[], Any]) -> Any:
         end, again = time.monotonic() + ANSWER, 0.0
         answers: list[Any] = []
         while time.monotonic() < end:
-            if time.monotonic() > again and client.service_is_ready():
+            if time.monotonic() > again and self._client.services_are_ready():
                 again = time.monotonic() + AGAIN
-                answers.append(client.call_async(request))
+                answers.append(request())
             self._spin()
             done = [answer.result() for answer in answers if answer.done()]
             if done:
                 return done[0]
-        raise NaoGaitError(client.srv_name, "nothing", f"an answer within {ANSWER:g} s")
+        raise NaoGaitError("parameters of the gait", "nothing", f"an answer within {ANSWER:g} s")
 
 
 class _Posing:
