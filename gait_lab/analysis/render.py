@@ -45,6 +45,20 @@ class Camera:
     height: float = 0.22
 
 
+def write_gif(path: Path, images: Sequence[Image], period: float, colours: int) -> None:
+    """Write a loop of pictures, one each `period` [s]; GIF knows multiples of 10 ms."""
+    import PIL.Image
+
+    pictures = [PIL.Image.fromarray(image) for image in images]
+    # One palette for all frames, and no dithering, or the floor flickers.
+    palette = pictures[0].quantize(colours)
+    frames = [each.quantize(palette=palette, dither=PIL.Image.Dither.NONE) for each in pictures]
+    frames[0].save(
+        path, save_all=True, append_images=frames[1:], duration=round(1000 * period), loop=0,
+        optimize=False,
+    )  # fmt: skip
+
+
 class Renderer(AbstractContextManager["Renderer"]):
     """A robot without physics, posed and photographed."""
 

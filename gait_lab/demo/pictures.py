@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from gait_lab.analysis.recorded_walk import RecordedWalk
-from gait_lab.analysis.render import TILE_PERIOD, Camera, Renderer
+from gait_lab.analysis.render import TILE_PERIOD, Camera, Renderer, write_gif
 from gait_lab.demo.tour import SETTLE, TourPhase
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import FloatArray
@@ -21,7 +21,7 @@ LENGTH = 4.0
 SHORTEST = 3.0
 """Smallest length of the loop [s]."""
 FRAME_PERIOD = 0.08
-"""Time between two frames [s]; GIF knows multiples of 10 ms."""
+"""Time between two frames [s]."""
 WIDTH, HEIGHT = 360, 320
 """Size of the loop [pixels]."""
 COLOURS = 64
@@ -99,8 +99,6 @@ def _write_sheet(
 
 
 def _write_loop(renderer: Renderer, motion: PoseTrace, rows: list[int], path: Path) -> Path:
-    from PIL import Image
-
     # The camera moves on a straight line at constant speed: the robot sways, the picture does not.
     line = np.polynomial.polynomial.polyfit(motion.time[rows], motion.position[rows, :2], 1)
     pictures = []
@@ -111,15 +109,8 @@ def _write_loop(renderer: Renderer, motion: PoseTrace, rows: list[int], path: Pa
         shift = TILE_PERIOD * np.round(centre / TILE_PERIOD)
         position = motion.position[row] - np.array([*shift, 0.0])
         renderer.pose(position, motion.quaternion[row], motion.joints[row])
-        image = renderer.photograph(centre - shift, WIDTH, HEIGHT, CAMERA)
-        pictures.append(Image.fromarray(image))
-    # One palette for all frames, and no dithering, or the floor flickers.
-    palette = pictures[0].quantize(COLOURS)
-    frames = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
-    frames[0].save(
-        path, save_all=True, append_images=frames[1:], duration=round(1000 * FRAME_PERIOD), loop=0,
-        optimize=False,
-    )  # fmt: skip
+        pictures.append(renderer.photograph(centre - shift, WIDTH, HEIGHT, CAMERA))
+    write_gif(path, pictures, FRAME_PERIOD, COLOURS)
     return path
 
 

@@ -64,7 +64,7 @@ class Server:
         NaoGaitError: It cannot be installed, or does not start.
     """
 
-    def __init__(self, *arguments: str, field: str = FIELD) -> None:
+    def __init__(self, *arguments: str) -> None:
         python = install()
         self._folder = tempfile.TemporaryDirectory(prefix="rcsssmj-")
         self._log = Path(self._folder.name, "server.log")
@@ -72,7 +72,7 @@ class Server:
         with self._log.open("wb") as log:
             self._process = subprocess.Popen(
                 [str(python), launcher_file(), "--aport", str(self.port), "--mport",
-                 str(self._monitor), "--no-render", "--no-realtime", "--sync", "--field", field,
+                 str(self._monitor), "--no-render", "--no-realtime", "--sync", "--field", FIELD,
                  *arguments],
                 cwd=self._folder.name, stdout=log, stderr=subprocess.STDOUT,
             )  # fmt: skip

@@ -1,11 +1,11 @@
 """`nao_gait write gallery`: the moving pictures of the README, walked and played anew."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
-from gait_lab.analysis.render import Camera, Image, Renderer
+from gait_lab.analysis.render import Camera, Image, Renderer, write_gif
 from nao_lipm_gait import Gait, Velocity
 from robot_core.errors import NaoGaitError
 from robot_core.robot.camera import CameraView, Intrinsics, looking
@@ -35,9 +35,11 @@ def write(out: Path, say: Callable[[str], None]) -> None:
     if not out.is_dir():
         raise NaoGaitError("--out", str(out), "a folder that exists")
     panels = [list(_walk(*each)) for each in ROBOTS]
-    _save(out / "robots.gif", [np.hstack(each) for each in zip(*panels, strict=True)], PERIOD)
+    write_gif(
+        out / "robots.gif", [np.hstack(each) for each in zip(*panels, strict=True)], PERIOD, COLOURS
+    )
     say(f"written: {out / 'robots.gif'}")
-    _save(out / "match.gif", list(_match()), PERIOD)
+    write_gif(out / "match.gif", list(_match()), PERIOD, COLOURS)
     say(f"written: {out / 'match.gif'}")
 
 
@@ -83,15 +85,3 @@ def _match() -> Iterator[Image]:
                 return
             if count >= first and (count - first) % every == 0:
                 yield match.pitch.world.render(view)
-
-
-def _save(path: Path, images: Sequence[Image], period: float) -> None:
-    import PIL.Image
-
-    pictures = [PIL.Image.fromarray(image) for image in images]
-    # One palette for all frames, and no dithering, or the floor flickers.
-    palette = pictures[0].quantize(COLOURS)
-    frames = [each.quantize(palette=palette, dither=PIL.Image.Dither.NONE) for each in pictures]
-    frames[0].save(
-        path, save_all=True, append_images=frames[1:], duration=round(1000 * period), loop=0
-    )

@@ -143,8 +143,8 @@ class Panel:
         x, y, yaw = state.speed
         content = (
             f"**{_plain(state.support) or 'no gait yet'}**  \n"
-            f"{_whole(100 * x)} cm/s forward, {_whole(100 * y)} cm/s left, "
-            f"{_whole(math.degrees(yaw))}°/s  \n"
+            f"{round(100 * x)} cm/s forward, {round(100 * y)} cm/s left, "
+            f"{round(math.degrees(yaw))}°/s  \n"
             f"sensors at {rate:.0f} Hz, t = {max(0, state.stamp) * 1e-9:.1f} s"
         )
         if content != self._text.content:
@@ -154,11 +154,6 @@ class Panel:
 def _plain(text: str) -> str:
     """A text from a topic without what Markdown would turn into links, images or HTML."""
     return re.sub(r"[^A-Za-z0-9_ ]", "", text)[:LONGEST_STATE]
-
-
-def _whole(value: float) -> int:
-    """Round to an integer, which has no -0."""
-    return round(value)
 
 
 class Pages:
