@@ -205,10 +205,7 @@ class RandomCommands:
             self._end += CHANGE_TIME + float(self._random.uniform(*HOLD_TIME))
         share = min(1.0, (time - self._change) / CHANGE_TIME)
         share *= share * (3.0 - 2.0 * share)
-        a, b = self._before, self._after
-        return VelocityCommand(
-            a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.yaw + share * (b.yaw - a.yaw)
-        )
+        return _between(self._before, self._after, share)
 
     def _draw(self) -> VelocityCommand:
         """Uniform in the ellipsoid whose axes are the full speeds, or standstill."""
