@@ -1,7 +1,6 @@
 """`nao_gait robot check`: what a description says and lacks, where the robot can stand."""
 
 import math
-import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -118,7 +117,7 @@ def _lines(robot: RobotDescription, stand: StandRange) -> Iterator[tuple[str, st
     yield "motors", f"stall torques of a leg {min(torques):.3g} to {max(torques):.3g} N m"
     yield "from URDF", ", ".join(robot.from_urdf) or "nothing: the robot file has all"
     yield "preset", robot.preset or "none: the NAO's, fitted to its soles and hips"
-    motions = robot.motions in {path.name for path in _motion_folders()}
+    motions = bool(robot.motions) and (share("config", "motions") / robot.motions).is_dir()
     yield "motions", robot.motions if motions else "none: it cannot get up or kick"
     yield "stands", (
         f"with its CoM {stand.low:.3g} to {stand.high:.3g} m high" if not math.isnan(stand.high)
@@ -129,10 +128,6 @@ def _lines(robot: RobotDescription, stand: StandRange) -> Iterator[tuple[str, st
     yield "hardest", (
         f"{stand.joint}: {stand.torque:.3g} of {stand.available:.3g} N m in the stand{note}"
     )
-
-
-def _motion_folders() -> list[Path]:
-    return [path for path in share("config", "motions").iterdir() if path.is_dir()]
 
 
 def _draw(robot: RobotDescription, stand: StandRange, path: Path) -> Path:
@@ -158,7 +153,7 @@ def _draw(robot: RobotDescription, stand: StandRange, path: Path) -> Path:
                 corners = points[shapes.triangle[triangle]]
                 axis.fill(
                     flip * corners[:, across], corners[:, 2] - ground,
-                    color=_paint(shapes.color[triangle]), linewidth=0.0,
+                    color=shapes.color[triangle], linewidth=0.0,
                 )  # fmt: skip
         for name in robot.joint_names:
             index = model.getJointId(name)
@@ -178,11 +173,6 @@ def _draw(robot: RobotDescription, stand: StandRange, path: Path) -> Path:
     figure.suptitle(f"{robot.name}: joints, soles (blue), CoM and where it can be (red)")
     path.parent.mkdir(parents=True, exist_ok=True)
     return save(figure, path)
-
-
-def _paint(color: str) -> tuple[float, ...]:
-    """Red, green and blue from `rgb(43,46,51)`."""
-    return tuple(int(word) / 255.0 for word in re.findall(r"\d+", color))
 
 
 def check(file: str, out: Path | None, say: Callable[[str], None]) -> None:

@@ -213,7 +213,7 @@ class Shapes:
         vertex: (v, 3) [m] in the frame of the link.
         link: (v,) index into `links`.
         triangle: (f, 3) indices of vertices.
-        color: One per triangle, as rgb(r,g,b).
+        color: One per triangle, as #rrggbb.
     """
 
     links: tuple[str, ...]
@@ -243,7 +243,7 @@ def shapes_of(urdf: str) -> Shapes:
             owners.append(np.full(len(points), links.index(name)))
             triangles.append(faces + count)
             red, green, blue = (round(255 * value) for value in shape.color[:3])
-            paint += [f"rgb({red},{green},{blue})"] * len(faces)
+            paint += [f"#{red:02x}{green:02x}{blue:02x}"] * len(faces)
             count += len(points)
     if not vertices:
         return Shapes((), np.empty((0, 3)), np.empty(0, int), np.empty((0, 3), int), ())

@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -259,7 +260,7 @@ def read_walk(path: Path, robot: str = "") -> RecordedWalk:
             if (values := _diagnosed(m, prefix))
         ),
         urdf=str(descriptions[-1][1].data) if descriptions else None,
-        seen=tuple(sorted(((_stamp(m), m) for _, m in messages("percepts")), key=_first)),
+        seen=tuple(sorted(((_stamp(m), m) for _, m in messages("percepts")), key=itemgetter(0))),
         ball=table("ball", 3, _point),
         own_pose=table("own_pose", 5, _own_pose),
         own_valid=table("own_valid", 1, lambda m: (float(m.data),), stamped=False),
@@ -356,10 +357,6 @@ def _own_pose(message: Any) -> tuple[float, ...]:
 def _place(message: Any) -> tuple[float, float]:
     at = message.pose.pose.position
     return at.x, at.y
-
-
-def _first(pair: tuple[int, Any]) -> int:
-    return pair[0]
 
 
 def _diagnosed(message: Any, prefix: str) -> dict[str, str]:

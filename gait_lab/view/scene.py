@@ -134,7 +134,7 @@ class RobotScene:
                     f"{self._root}/robot/{name}/{number}",
                     shapes.vertex[used].astype(np.float32),
                     local.reshape(faces.shape).astype(np.uint32),
-                    color=painted or tuple(int(value) for value in color[4:-1].split(",")),
+                    color=painted or tuple(bytes.fromhex(color[1:])),
                     flat_shading=True, side="double",
                 )  # fmt: skip
                 self.meshes.append(mesh)
