@@ -1,13 +1,12 @@
 """The process that stands for the robot in a replay: sends messages and takes the answers.
 
 Command line: python -m gait_lab.bench.replay_process SCRIPT
-SCRIPT is a pickle: the control period [s], and the messages of each tick. The times that were
-measured (`ReplayTimes`) go to the standard output as JSON.
+SCRIPT is JSON: the control period [s], and topic, type and fields of the messages of each tick. The
+times that were measured (`ReplayTimes`) go to the standard output as JSON.
 """
 
 import gc
 import json
-import pickle
 import sys
 import time
 from collections.abc import Callable, Mapping
@@ -154,7 +153,12 @@ def _serve(executor: SingleThreadedExecutor, until: float) -> None:
 
 def main() -> None:
     """Replay the script of the command line."""
-    period, script = pickle.loads(Path(sys.argv[1]).read_bytes())
+    period, ticks = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    kinds = {kind.__name__: kind for kind in INPUTS}
+    script = [
+        [Message(topic, kinds[kind](**fields)) for topic, kind, fields in messages]
+        for messages in ticks
+    ]
     stay_local()
     rclpy.init()
     json.dump(replay(period, script), sys.stdout)

@@ -6,12 +6,11 @@ the robot. This one does not import rclpy.
 
 import importlib.util
 import json
-import pickle
 import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -111,7 +110,8 @@ def replay_over_ros(
     with tempfile.TemporaryDirectory() as name, DomainClaim() as domain:
         folder = Path(name)
         file = folder / "script"
-        file.write_bytes(pickle.dumps((period, script)))
+        ticks = [[_as_data(each) for each in messages] for messages in script]
+        file.write_text(json.dumps([period, ticks]), encoding="utf-8")
         environment = domain.environment()
         with NodeProcesses(environment, folder) as nodes:
             nodes.start("gait", parameters)
@@ -123,3 +123,14 @@ def replay_over_ros(
                 problem = [*done.stderr.splitlines()[-1:], *nodes.log_tails(1)]
                 raise NaoGaitError("replay over ROS 2", "; ".join(problem), "a gait that answers")
     return RosReplay.of(ReplayTimes(*json.loads(done.stdout)), period)
+
+
+def _as_data(message: Message) -> list[object]:
+    """Topic, type and fields, as JSON has them."""
+    content = message.content
+    fields = {
+        name: value if isinstance(value, int | float | str) else list(value)
+        for name, value in asdict(content).items()
+        if value is not None
+    }
+    return [message.topic, type(content).__name__, fields]
