@@ -376,6 +376,8 @@ class GaitController:
     def note_publishers(self, counts: PublisherCounts) -> None:
         """Report publishers that are one too many; to be called once per second."""
         self._reporter.note_publishers(counts)
+        if self._supervisor.note_gaits(counts.joint_command):
+            self._intake.forget_wrong_joints()
 
     def reports(self) -> tuple[Report, ...]:
         """The reports since the last call; to be called once per second."""

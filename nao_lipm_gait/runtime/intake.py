@@ -140,6 +140,10 @@ class Intake:
         self._delay = round(delay * 1e9)
         self._age.usual = delay - self._command_lag
 
+    def forget_wrong_joints(self) -> None:
+        """Another gait moves the robot: its joints need not follow the targets of this one."""
+        self._validation.forget_wrong_joints()
+
     def sent(self, targets: JointTargets, led: JointTargets | None = None) -> None:
         """Keep targets that were sent, and where they lead the joints if that is elsewhere."""
         self._last_sent = targets

@@ -98,7 +98,8 @@ class Supervisor:
         self._heat = HeatWatch(gait.robot, say, settings.hot_speed)
         self._check = SensorCheck(gait.robot, settings.control_period)
         self._stand_check = StandCheck(gait.robot)
-        self._motors_ready = True
+        self._motors_ready = self._alone = True
+        self._was_alone = False
         self._admitted = False
         self._doubt: NaoGaitError | None = None
         self._cleared = 0
@@ -118,7 +119,7 @@ class Supervisor:
     def drives(self) -> bool:
         """The joints should follow the targets: the robot stands or walks by its own motors."""
         state = self._gait.state
-        return self._motors_ready and (state is STAND or state in ON_THE_WAY)
+        return self._motors_ready and self._alone and (state is STAND or state in ON_THE_WAY)
 
     # -- messages ----------------------------------------------------------------------------------
 
@@ -145,6 +146,20 @@ class Supervisor:
         self._motors_ready = ready
         if ready:
             self._say.end("motors", "the motors are ready")
+
+    def note_gaits(self, count: int) -> bool:
+        """Record how many gaits there are: of two, the robot follows the other one perhaps.
+
+        Then its sensors are not judged by what this one does.
+
+        Returns:
+            There have been more since this one began, so that what it found wrong is forgotten.
+        """
+        self._alone = count <= 1
+        self._was_alone = self._was_alone or self._alone
+        if not self._was_alone and self._check.trouble:
+            self._check.restart()
+        return not self._was_alone
 
     # -- the tick ----------------------------------------------------------------------------------
 
@@ -187,7 +202,7 @@ class Supervisor:
         if not self._check.done:
             frame, wrong = self._proven(frame, blind=gaps.blind_since is not None)
             stands = stands or wrong
-        if not self._stand_check.done:
+        if self._alone and not self._stand_check.done:
             self._judge_stand(frame, in_doubt=stands)
         command = self._heat.limited(self.velocity.at(stamp))
         command = self._allowed(stamp, STANDSTILL if stands else command)
@@ -245,7 +260,7 @@ class Supervisor:
             check.seems_to_lie = False
         lay = check.seems_to_lie
         known = loads.are_known(stamp)
-        light = loads.light_time(stamp) >= LIFT_TIME
+        light = not self._alone or loads.light_time(stamp) >= LIFT_TIME  # else it may be judged
         carried = loads.both_time(stamp) >= CARRIED_TIME
         state = self._gait.state
         told = not self.velocity.at(stamp).is_zero  # else it steps to catch itself

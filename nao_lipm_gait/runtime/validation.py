@@ -287,6 +287,12 @@ class SensorValidation:
         if not steady:
             self._gyro_steps.restart(None)
 
+    def forget_wrong_joints(self) -> None:
+        """What was found wrong with the joints was that they follow another gait."""
+        if self.joints.trouble:
+            self.joints.restart()
+            self._say.end("wrong joints", "the leg joints follow the targets of another gait")
+
     def sent(self, targets: JointTargets) -> None:
         """Keep targets that were sent; they stand in for joints that cannot be read."""
         self._commands.add(targets)
@@ -411,7 +417,8 @@ class SensorValidation:
         now, before = self._measured, self._measured_before_repeats
         if self._imu_repeats < IMU_REPEATS or now is None or before is None:
             return False
-        return float(np.max(np.abs(now - before))) > IMU_STUCK_MOTION
+        # Joints that are stuck as well show no motion, although the robot moves.
+        return self._joints_stuck or float(np.max(np.abs(now - before))) > IMU_STUCK_MOTION
 
     # -- joints ------------------------------------------------------------------------------------
 

@@ -252,6 +252,18 @@ def test_the_robot_obeys_the_first_of_two_gaits_and_the_second_when_the_first_en
     assert not harness.invariants.violations
 
 
+@pytest.mark.parametrize("seed", [57, 63])
+def test_a_second_gait_walks_on_when_the_first_ends(seed: int) -> None:
+    assert run_fault(FaultRun("two_gaits", seed)).outcome == WALKS
+
+
+@pytest.mark.parametrize("seed", [43, 81])
+def test_an_imu_that_is_stuck_together_with_the_joints_is_noticed(seed: int) -> None:
+    found = run_fault(FaultRun("frozen", seed))
+    assert found.outcome == WALKS
+    assert any("an IMU that is not stuck" in each for each in found.explained)
+
+
 def test_parameters_take_effect_at_the_next_support_change() -> None:
     changed, unchanged = harness_with(), harness_with()
     with changed.world, unchanged.world:

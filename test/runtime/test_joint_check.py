@@ -11,6 +11,7 @@ from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
 from nao_lipm_gait.runtime.inputs import JointInput
 from nao_lipm_gait.runtime.joint_check import LAGS, JointCheck
+from nao_lipm_gait.runtime.reporter import PublisherCounts
 from robot_core.geometry import rotation_matrix
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import FloatArray, GaitState, VelocityCommand
@@ -194,6 +195,20 @@ def test_legs_that_bend_the_other_way_get_no_targets() -> None:
 def test_motors_that_give_way_are_compared_with_where_their_targets_lead_them() -> None:
     wrong = changed(load_robot("booster_t1"), ("Right_Ankle_Roll",), lambda q: -q)
     assert "Right_Ankle_Roll" in ends_standing("booster_t1", wrong, seed=2)
+
+
+def test_a_second_gait_mends_no_joint_that_was_wrong_before() -> None:
+    world, parameters = standing("nao_h21_v33", 3, "mujoco")
+    wrong = changed(ROBOT, ("RHipRoll",), lambda q: -q)
+    with world:
+        told = VelocityCommand(0.15, 0.0, 0.0)
+        harness = Harness(world, parameters, Wrong(wrong, None), told)
+        harness.run(250)
+        harness.start_gait()
+        harness.publishers = PublisherCounts(joint_command=2)
+        harness.run(150)
+        assert harness.gaits[0].controller.state is GaitState.STAND
+        assert "RHipRoll" in "".join(harness.invariants.explained)
 
 
 class Hung(Wrong):
