@@ -6,6 +6,7 @@ from contextlib import suppress
 import pytest
 from hypothesis import HealthCheck, settings
 
+import gait_lab  # noqa: F401  chooses the kernels of OpenBLAS, before NumPy is imported
 from engine_bench import Bench, weightless
 from robot_core.robot import RobotDescription, load_robot
 from sim_bridge.engines import registry as engines
