@@ -31,6 +31,8 @@ GEAR_SHARE = 0.7
 """Share of a motor's stall torque that reaches its joint, for which a URDF gives the effort."""
 ROTOR_INERTIA = 1e-3
 """[kg m^2 / (N m)] Reflected inertia per stall torque: 0.9e-3 to 1.1e-3 in NAO, K1, T1 and OP3."""
+ARM_JOINTS = 3
+"""Joints of an arm at least; eyes have fewer."""
 APART = 0.2
 """[rad] Of the arms of a stand from the vertical."""
 KNEE = 0.8
@@ -423,7 +425,8 @@ def _add_roles(out: dict[str, Any], tree: RobotTree) -> None:
     above_legs = {each for leg in of_legs for each in tree.joints[leg].above}
     free = {name: joint for name, joint in tree.joints.items() if name not in above_legs}
     sided = {name for name in free if twin[name] != name}
-    waist = {each for name in sided for each in free[name].above} - sided
+    hands = [name for name in sided if len(sided.intersection(free[name].above)) >= ARM_JOINTS]
+    waist = {each for name in hands for each in free[name].above} - sided
     middle = [name for name in free if twin[name] == name and name not in waist]
     for pan, tilt in itertools.product(middle, middle):
         chained = free[tilt].above[-2:] == (pan, tilt)

@@ -200,6 +200,32 @@ def test_a_waist_that_carries_the_arms_is_no_head(tmp_path: Path) -> None:
     assert load_robot(path).head is None
 
 
+def with_eyes(root: ET.Element) -> None:
+    """Give the head of an OP3 an eye on each side that turns."""
+    for origin in root.findall("joint[@name='head_tilt']/origin"):
+        origin.set("xyz", "0.01 0 0.029")
+    (child,) = root.findall("joint[@name='head_tilt']/child")
+    limit = {"lower": "-1", "upper": "1", "effort": "1", "velocity": "1"}
+    for side in ("0.03", "-0.03"):
+        link = ET.SubElement(root, "link", name=f"eye{side}")
+        inertial = ET.SubElement(link, "inertial")
+        ET.SubElement(inertial, "mass", value="0.01")
+        moments = {"ixx": "1e-6", "iyy": "1e-6", "izz": "1e-6", "ixy": "0", "ixz": "0", "iyz": "0"}
+        ET.SubElement(inertial, "inertia", moments)
+        joint = ET.SubElement(root, "joint", name=f"turn{side}", type="revolute")
+        ET.SubElement(joint, "origin", xyz=f"0.03 {side} 0.03")
+        ET.SubElement(joint, "parent", link=child.get("link", ""))
+        ET.SubElement(joint, "child", link=f"eye{side}")
+        ET.SubElement(joint, "axis", xyz="0 0 1")
+        ET.SubElement(joint, "limit", limit)
+
+
+def test_a_head_with_eyes_is_a_head(tmp_path: Path) -> None:
+    path = tmp_path / "somebody.urdf"
+    path.write_text(unnamed("op3", with_eyes))
+    assert load_robot(path).head is not None
+
+
 def with_bent_elbows(root: ET.Element) -> None:
     for limit in root.findall("joint[@name='Left_Elbow_Pitch']/limit"):
         limit.set("lower", "0.3")
