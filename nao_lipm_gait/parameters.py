@@ -160,7 +160,7 @@ class GaitParameters(Settings):
     tilt_pitch_gain: float = number(
         0.8, 0.0, 1.5, "",
         "Share of the torso's pitch error by which the swing foot is rotated back and raised; 0 = "
-        "no tilt is compensated, in roll neither.",
+        "neither pitch nor roll is compensated.",
     )
     arm_swing: float = number(
         5.5, 0.0, 12.0, "rad/m",
