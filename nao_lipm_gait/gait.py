@@ -139,7 +139,7 @@ class Gait:
             calibration.sole_pitch,
             calibration.sole_roll,
             known=calibration != NOT_CALIBRATED,
-            learns_roll=not FeedForward(robot).needed,
+            learns_roll=not robot.soft_joint,
         )
         self._alignment = StandAlignment()
         ahead = [corner[0] for corner in self._image.sole_outline]
@@ -187,7 +187,6 @@ class Gait:
         self._ahead = 0
         self._residual = 0.0
         self._clipped = 0
-        self._lead: FloatArray | None = None
 
     def _image_mass(self) -> float:
         """Mass [kg] under which the ground yields to the image's soles as to the robot's."""
@@ -254,7 +253,7 @@ class Gait:
         walking = state in ON_THE_WAY and not self._modes.must_stop
         wanted = self._corrected(command, dt) if walking else STANDSTILL
         self._last_command = self._step_mean.update(wanted, self._walk.predicted.step_count)
-        return JointTargets(frame.stamp, self._next_pose(walking, dt, moves_on=plans > 0))
+        return self._next_targets(frame.stamp, walking, dt, moves_on=plans > 0)
 
     def coast(self) -> JointTargets | None:
         """Joint targets for a control period whose frame has not arrived in time.
@@ -272,20 +271,20 @@ class Gait:
         self._elapsed = self._dt
         walking = not self._modes.must_stop
         stamp = self._stamp + self._ahead * self._period
-        return JointTargets(stamp, self._next_pose(walking, None, moves_on=True))
+        return self._next_targets(stamp, walking, None, moves_on=True)
 
-    def _next_pose(
-        self, walking: bool, measured_after: float | None, *, moves_on: bool
-    ) -> FloatArray:
-        """The second half of the tick: from the plan to joint targets (n,) [rad] of the motors.
+    def _next_targets(
+        self, stamp: int, walking: bool, measured_after: float | None, *, moves_on: bool
+    ) -> JointTargets:
+        """The second half of the tick: from the plan to joint targets.
 
         Args:
+            stamp: Stamp [ns] of the frame that is answered.
             walking: The robot follows its command.
             measured_after: Time [s] between the last frames; None without a new frame.
             moves_on: The walk plans one control period more; else the last one again.
         """
         state, dt = self._modes.state, self._elapsed
-        self._lead = None
 
         # Plan: prediction by the delay (21), pendulum (15)-(20), support change, steps (3)-(9).
         support_before = self._walk.predicted.support
@@ -337,17 +336,16 @@ class Gait:
 
         # Torques of motors that give way.
         if not self._feed_forward.needed:
-            return sent
+            return JointTargets(stamp, sent)
         standing = state not in ON_THE_WAY or self._walk.stopping
         lead = self._feed_forward.lead(
             sent, targets, 0 if standing else support, self._walk.origin_in_q, dt * self._size.time
         )
         if state is LIFTED:
-            return sent
+            return JointTargets(stamp, sent)
         leading: FloatArray = sent + lead
         self._limits.cut(leading)
-        self._lead = leading - sent
-        return leading
+        return JointTargets(stamp, leading, lead=leading - sent)
 
     # -- parts of the tick -------------------------------------------------------------------------
 
@@ -511,7 +509,6 @@ class Gait:
 
     def _motion_targets(self, frame: SensorFrame) -> JointTargets:
         """Targets of the running motion."""
-        self._lead = None
         motions = self._modes.motions
         rates = self._size.rates(self._estimator.angular_velocity)
         targets = motions.advance(self._elapsed * self._size.time, rates)
@@ -527,7 +524,6 @@ class Gait:
 
     def _limp_targets(self, frame: SensorFrame) -> JointTargets:
         """The measured pose without torque."""
-        self._lead = None
         self._head.rest()
         self._residual = 0.0
         self._clipped = 0
@@ -681,12 +677,6 @@ class Gait:
     def corrected(self, frame: SensorFrame) -> SensorFrame:
         """The frame without the constant errors that are known."""
         return self._correction.sensed(frame)
-
-    def without_lead(self, targets: JointTargets) -> JointTargets:
-        """Where the joints go by the last targets: those of motors that give way lead them."""
-        if self._lead is None:
-            return targets
-        return targets._replace(position=targets.position - self._lead)
 
     @property
     def support(self) -> int:

@@ -83,12 +83,19 @@ class JointTargets(NamedTuple):
         stiffness: Share of the motors' torque that may be used, 0 (limp) to 1.
         joint_stiffness: The same for each joint (n,) if they differ; `stiffness` is then the
             smallest.
+        lead: What of `position` (n,) [rad] is there for motors to exert torque; None = nothing.
     """
 
     stamp: int
     position: FloatArray
     stiffness: float = 1.0
     joint_stiffness: FloatArray | None = None
+    lead: FloatArray | None = None
+
+    @property
+    def pose(self) -> FloatArray:
+        """Where the joints (n,) [rad] shall be."""
+        return self.position if self.lead is None else self.position - self.lead
 
 
 class GaitState(StrEnum):

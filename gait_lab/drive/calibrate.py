@@ -24,7 +24,6 @@ from nao_lipm_gait.calibration_file import CalibrationFile, Deviation
 from nao_lipm_gait.estimation.joint_zeros import in_words, wrong_zeros
 from nao_lipm_gait.runtime.calibration_monitor import CALIBRATION, Measurement
 from nao_lipm_gait.runtime.inputs import read_velocity
-from nao_lipm_gait.whole_body.feed_forward import FeedForward
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.ros.patience import ANSWER, STALL
@@ -278,7 +277,7 @@ class _Posing:
         self._gait = GaitParameters(node, lambda: _spin(node, stop))
         model, urdf, *values = self._gait.read(("robot", "urdf", *POSED))
         self.robot = load_robot(str(model or urdf))
-        if FeedForward(self.robot).needed:
+        if self.robot.soft_joint:
             allowed = "a robot whose motors do not give way"
             raise NaoGaitError("calibrate --zeros", self.robot.name, allowed)
         self._usual = {name: float(value) for name, value in zip(POSED, values, strict=True)}

@@ -250,8 +250,7 @@ class GaitController:
         return Answer(guarded.targets, status, self._gait.torso_pose)
 
     def _send(self, guarded: GuardedTargets) -> None:
-        targets = guarded.targets
-        self._intake.sent(targets, targets if guarded.held else self._gait.without_lead(targets))
+        self._intake.sent(guarded.targets)
         self._reporter.sent(guarded)
 
     @property

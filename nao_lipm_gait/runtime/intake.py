@@ -144,10 +144,10 @@ class Intake:
         """Another gait moves the robot: its joints need not follow the targets of this one."""
         self._validation.forget_wrong_joints()
 
-    def sent(self, targets: JointTargets, led: JointTargets | None = None) -> None:
-        """Keep targets that were sent, and where they lead the joints if that is elsewhere."""
+    def sent(self, targets: JointTargets) -> None:
+        """Keep targets that were sent."""
         self._last_sent = targets
-        self._validation.sent(led or targets)
+        self._validation.sent(targets)
 
     def imu(self, message: ImuInput, *, upright: bool = True) -> Taken:
         """Take an IMU message of an upright robot or not; NaoGaitError if it cannot be used."""

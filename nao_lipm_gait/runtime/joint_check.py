@@ -7,7 +7,6 @@ sign, a unit, a scale, a zero, a name, a joint that is stuck. A wrong command sh
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from nao_lipm_gait.whole_body.feed_forward import FeedForward
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray
 
@@ -67,7 +66,7 @@ class JointCheck:
         names = dict.fromkeys((*robot.left_leg.names, *robot.right_leg.names))
         self._names = list(names)
         self._index = [robot.index(name) for name in names]
-        yields = FeedForward(robot).needed
+        yields = bool(robot.soft_joint)
         self._deviation = YIELDING_DEVIATION if yields else DEVIATION
         self._stuck = YIELDING_STUCK if yields else DEVIATION
         self._gross = GROSS[yields]

@@ -131,7 +131,7 @@ class TargetGuard:
         if stiff > 0.0:
             inside, too_fast = self._slowed(stamp, measured, inside)
             fault = fault or too_fast
-        self._good = JointTargets(stamp, inside, stiffness, each)
+        self._good = JointTargets(stamp, inside, stiffness, each, targets.lead)
         self._was_stiff = stiff > 0.0
         return GuardedTargets(self._good, held=False, fault=fault)
 

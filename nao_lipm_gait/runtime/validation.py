@@ -231,7 +231,7 @@ class CommandHistory:
         for targets in reversed(self._sent):
             age = stamp - delay - targets.stamp
             if age >= 0:
-                return targets.position if age < COMMAND_AGE and targets.stiffness > 0.0 else None
+                return targets.pose if age < COMMAND_AGE and targets.stiffness > 0.0 else None
         return None
 
 

@@ -31,7 +31,7 @@ class FeedForward:
     def __init__(self, robot: RobotDescription) -> None:
         stiffness = [robot.motors[name].stiffness for name in robot.joint_names]
         self._yield = np.array([0.0 if each is None else 1.0 / each for each in stiffness])
-        self.needed = any(each is not None for each in stiffness)
+        self.needed = bool(robot.soft_joint)
         self._torque = SupportTorque(robot) if self.needed else None
         self._length = robot.size
         self._left = 0.5

@@ -202,6 +202,12 @@ class RobotDescription:
         """Whether the IMU measures the yaw rate."""
         return self.gyro_axes == 3
 
+    @property
+    def soft_joint(self) -> str:
+        """The first joint whose motor gives way under load; empty if none does."""
+        soft = (name for name, motor in self.motors.items() if motor.stiffness is not None)
+        return next(soft, "")
+
     def index(self, joint: str) -> int:
         """Index of a joint in a joint array; NaoGaitError if it is unknown."""
         try:

@@ -29,18 +29,9 @@ def check_installed(engine: str) -> None:
         raise NaoGaitError("engine", engine, allowed)
 
 
-def why_not_pybullet(robots: Iterable[RobotDescription]) -> str:
-    """Why PyBullet cannot simulate these robots; empty if it can."""
-    for robot in robots:
-        for joint, motor in robot.motors.items():
-            if motor.stiffness is not None:
-                return f"{joint} of {robot.name} has a motor that gives way, which"
-    return ""
-
-
 def engine_for(robots: Iterable[RobotDescription]) -> str:
     """The engine with which these robots are simulated if none is asked for."""
-    return "mujoco" if why_not_pybullet(robots) else "pybullet"
+    return "mujoco" if any(each.soft_joint for each in robots) else "pybullet"
 
 
 def make_backend(

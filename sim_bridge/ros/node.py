@@ -30,7 +30,7 @@ from robot_core.ros.parameters import (
 from robot_core.ros.topics import LATCHED, Inputs, publisher, watch_senders, write_log
 from sim_bridge.ball import Ball
 from sim_bridge.cameras.camera import CameraSettings
-from sim_bridge.engines.registry import engine_for, why_not_pybullet
+from sim_bridge.engines.registry import engine_for
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.ros import parameters
 from sim_bridge.ros.messages import WorldWriter
@@ -114,7 +114,9 @@ class BridgeNode(Node):
         """The engine that is asked for, else the one for these robots."""
         asked, default = self.has_parameter(parameters.ENGINE.name), engine_for(robots)
         if not asked and default != parameters.ENGINE.default:
-            self.get_logger().info(f"engine {default}: {why_not_pybullet(robots)} needs it")
+            soft = next(each for each in robots if each.soft_joint)
+            reason = f"{soft.soft_joint} of {soft.name} has a motor that gives way"
+            self.get_logger().info(f"engine {default}: {reason}")
         return declare(self, parameters.ENGINE, default)
 
     def _camera_settings(self, plant: Plant) -> CameraSettings | None:

@@ -4,7 +4,7 @@ import hashlib
 from functools import cache
 from pathlib import Path
 
-import nao_lipm_gait
+import robot_core.geometry
 import sim_bridge
 from robot_core.errors import NaoGaitError
 
@@ -17,9 +17,7 @@ MADE_OF = "made_of.txt"
 
 def is_compiled() -> bool:
     """Whether this process uses the compiled gait."""
-    import nao_lipm_gait.gait
-
-    return not nao_lipm_gait.gait.__file__.endswith(".py")
+    return not robot_core.geometry.__file__.endswith(".py")
 
 
 @cache
@@ -29,7 +27,7 @@ def check_fresh() -> None:
     Raises:
         NaoGaitError: It was compiled from other sources.
     """
-    folder = Path(nao_lipm_gait.__file__).resolve().parents[1]
+    folder = Path(robot_core.__file__).resolve().parents[1]
     made_of = folder / MADE_OF
     if made_of.is_file() and made_of.read_text(encoding="utf-8").split()[0] != sources(SOURCE):
         raise NaoGaitError(

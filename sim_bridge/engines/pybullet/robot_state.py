@@ -14,7 +14,6 @@ from sim_bridge.body import BodyPose
 from sim_bridge.engines.backend import RobotModel
 from sim_bridge.engines.pybullet.library import bullet
 from sim_bridge.engines.pybullet.robot import RobotBody
-from sim_bridge.engines.registry import why_not_pybullet
 from sim_bridge.motors import TorqueLimits
 from sim_bridge.plant import Plant
 from sim_bridge.state import StartState, StepInput, TrueState
@@ -216,9 +215,10 @@ class PyBulletRobot:
 
 def refuse(plant: Plant, robots: Iterable[RobotDescription]) -> None:
     """Raise NaoGaitError for the first option or motor that PyBullet cannot honour."""
-    reason = why_not_pybullet(robots)
-    if reason:
-        raise NaoGaitError("engine", "pybullet", f"another one: {reason} needs engine:=mujoco")
+    for robot in robots:
+        if joint := robot.soft_joint:
+            allowed = f"mujoco: {joint} of {robot.name} has a motor that gives way"
+            raise NaoGaitError("engine", "pybullet", allowed)
     servo = plant.motor
     for key, honoured, allowed in (
         ("stiffness", servo.stiffness is None, "null"),
