@@ -123,7 +123,7 @@ class Reporter:
         if status.state is not self._state:
             self._log_change(status)
         if status.blocked:
-            text = "blocked: the robot walks against something; odometry runs ahead of it"
+            text = "blocked: steps fall short as if against something; odometry runs ahead"
             self.say.begin(WALK, Level.WARN, "blocked", text)
         else:
             self.say.end("blocked", "no longer blocked")
