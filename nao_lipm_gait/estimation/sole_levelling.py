@@ -65,8 +65,8 @@ LASTING = 0.7
 """Deviation as a share of that error below which no measurement brings it: learning never ends."""
 KNOWN_SIGMA = 0.012
 """Deviation [rad] below which pitch and roll are known well enough for long strides, ..."""
-KNOWN_STEPS = 10
-"""... once this many single supports were used."""
+KNOWN_STEPS, KNOWN_STEPS_PITCH = 10, 4
+"""... once this many single supports were used; the second one where the roll is not learned."""
 OUTLIER = 3.0
 """Innovation in its own deviations from which on a measurement counts less: pushes, bumps."""
 APPLY_RATE = 0.015
@@ -216,7 +216,8 @@ class SoleLevelling:
         self._pitch = _Learned(pitch, sigma, -TILT_MAX, TILT_MAX)
         self._roll = _Learned(roll, sigma, -TILT_MAX, TILT_MAX)
         self._softness = _Learned(1.0, SOFTNESS_SIGMA, SOFTNESS_MIN, SOFTNESS_MAX)
-        self._measurements = KNOWN_STEPS if known else 0
+        self._known_steps = KNOWN_STEPS if learns_roll else KNOWN_STEPS_PITCH
+        self._measurements = self._known_steps if known else 0
         self.applied_pitch, self.applied_roll = pitch, roll
         self.pause()
 
@@ -258,7 +259,7 @@ class SoleLevelling:
         limit = KNOWN_SIGMA * KNOWN_SIGMA
         learned = (self._pitch, self._roll) if self._learns_roll else (self._pitch,)
         certain = all(each.variance <= limit for each in learned)
-        return certain and self._measurements >= KNOWN_STEPS
+        return certain and self._measurements >= self._known_steps
 
     def update(
         self,

@@ -9,6 +9,7 @@ import pytest
 from nao_lipm_gait.calibration import NOT_CALIBRATED
 from nao_lipm_gait.estimation.com_measurement import level_frame
 from nao_lipm_gait.estimation.sole_levelling import (
+    KNOWN_SIGMA,
     ZMP_SHARE,
     SoleLevelling,
     SoleSprings,
@@ -134,6 +135,21 @@ def test_the_roll_is_left_alone_where_the_torso_rolls_with_its_motors() -> None:
     assert torso.levelling.pitch == pytest.approx(0.02, abs=0.003)
     assert torso.levelling.roll == torso.levelling.applied_roll == 0.0
     assert torso.levelling.known
+
+
+def test_without_a_roll_the_soles_are_known_after_fewer_steps() -> None:
+    needed = []
+    for learns_roll in (True, False):
+        torso = SteppingTorso(0.02, -0.015)
+        torso.levelling = SoleLevelling(SPRINGS, learns_roll=learns_roll)
+        steps = 0
+        while not torso.levelling.known:
+            torso.walk(STEP_TICKS * DT)
+            steps += 1
+        needed.append(steps)
+        # What is known is right within the deviation that counts as known.
+        assert torso.levelling.pitch == pytest.approx(0.02, abs=KNOWN_SIGMA)
+    assert needed[1] < needed[0]
 
 
 def test_the_mirrored_model_has_the_mirrored_tilt() -> None:
