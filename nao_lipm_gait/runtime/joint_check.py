@@ -27,6 +27,8 @@ NOISE = 0.004
 """[rad] that no explanation has to explain."""
 GROSS = 0.2, 0.4
 """[rad] Deviation that needs no other explanation; of motors that give way."""
+LASTING = 0.25
+"""Share of the readings that must deviate as much: single ones are spikes."""
 ZERO_MIN = 0.1
 """[rad] Smaller wrong zeros are for the calibration."""
 CONSTANT = 1e-12
@@ -129,7 +131,7 @@ class JointCheck:
             left, guesses = self._explained(measured, shifted)
             named = suspect & (own > BETTER * (left + NOISE**2))
             named &= (own > self._stuck**2) | (np.array(guesses) != STUCK) | (left < CONSTANT)
-            wrong = named | (suspect & (own > self._gross**2))
+            wrong = named | (suspect & (np.minimum(own, self._lasting(off, rest)) > self._gross**2))
             if wrong.any():
                 if not self.trouble:
                     self._report(wrong, own, np.where(named, guesses, OTHER))
@@ -141,6 +143,12 @@ class JointCheck:
             if moved.any():
                 self._proven[rest] = moved & (own[rest] < PROVEN_SHARE * target.var(axis=0))
                 self.done = bool(self._proven.all())
+
+    def _lasting(self, off: FloatArray, rest: np.ndarray) -> FloatArray:
+        """Squares (n,) [rad^2] that `LASTING` of the readings exceed: those of spikes do not."""
+        lasting = np.zeros(len(self._names))
+        lasting[rest] = np.quantile(off**2, 1.0 - LASTING, axis=1).min(axis=0)
+        return lasting
 
     def _window(self) -> tuple[FloatArray, FloatArray]:
         """Angles (ticks, n) [rad] and the targets for each lag (lags, ticks, n) [rad]."""

@@ -59,8 +59,8 @@ ROTATION_STEP_MAX = 4.0
 """[rad/s] Largest plausible change, which the next sample may confirm. A robot that falls reaches
 2.6."""
 ROTATION_FAST, FAST_TIME = 10.0, 300_000_000
-"""[rad/s, ns] Two samples in a row above, or beyond a step of `ROTATION_STEP_MAX`, are of no robot:
-the IMU is not used until it has been slower for this time. Walks reach 20 in deg/s."""
+"""[rad/s, ns] Samples above, or beyond a step of `ROTATION_STEP_MAX`, that are no spike are of no
+robot: the IMU is not used until it has been slower for this time. Walks reach 20 in deg/s."""
 FORCE_RANGE, FORCE_TIME, FORCE_RIGHT = (3.0, 30.0), 0.5, 1.0
 """[m/s^2, s, s] Mean size of the specific force, also of a robot that falls; time of that mean, and
 time for which it must have been right: what is wrong from the start is found in the stand."""
@@ -261,7 +261,7 @@ class SensorValidation:
         self._acceleration: FloatArray | None = None
         self._imu_at = 0
         self._spike: tuple[np.ndarray, FloatArray, str] | None = None
-        self._was_fast = False
+        self._fast_samples = 0
         self._fast_at: int | None = None
         self._force, self._force_right = GRAVITY, 0.0
         self._commands = CommandHistory()
@@ -364,9 +364,10 @@ class SensorValidation:
         size, kept = np.abs(rate), self._gyro_steps.kept
         step = size if kept is None else np.minimum(size, np.abs(rate - kept))
         fast = bool(size.max() > ROTATION_FAST or step.max() > ROTATION_STEP_MAX)
-        if fast and self._was_fast and (upright or self.gyro_jumps):
+        self._fast_samples = self._fast_samples + 1 if fast else 0
+        again = self.gyro_jumps and self._fast_samples > 1
+        if again or (upright and self._fast_samples > SPIKE_SAMPLES):
             self._fast_at = stamp
-        self._was_fast = fast
         if self.gyro_jumps and not 0 <= stamp - (self._fast_at or 0) < FAST_TIME:
             self._fast_at = None
             self._gyro_steps.restart(None)
