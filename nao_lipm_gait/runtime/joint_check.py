@@ -131,7 +131,10 @@ class JointCheck:
             left, guesses = self._explained(measured, shifted)
             named = suspect & (own > BETTER * (left + NOISE**2))
             named &= (own > self._stuck**2) | (np.array(guesses) != STUCK) | (left < CONSTANT)
-            wrong = named | (suspect & (np.minimum(own, self._lasting(off, rest)) > self._gross**2))
+            gross = own > self._gross**2
+            if gross.any():
+                gross &= self._lasting(off, rest) > self._gross**2
+            wrong = named | gross
             if wrong.any():
                 if not self.trouble:
                     self._report(wrong, own, np.where(named, guesses, OTHER))
@@ -145,7 +148,12 @@ class JointCheck:
                 self.done = bool(self._proven.all())
 
     def _lasting(self, off: FloatArray, rest: np.ndarray) -> FloatArray:
-        """Squares (n,) [rad^2] that `LASTING` of the readings exceed: those of spikes do not."""
+        """Squares (n,) [rad^2] of the deviations that a share `LASTING` of the readings exceeds.
+
+        Args:
+            off: Targets minus readings (lags, ticks, joints) [rad].
+            rest: The joints (joints,) that have not proved themselves.
+        """
         lasting = np.zeros(len(self._names))
         lasting[rest] = np.quantile(off**2, 1.0 - LASTING, axis=1).min(axis=0)
         return lasting

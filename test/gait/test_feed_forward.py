@@ -165,5 +165,5 @@ def test_a_robot_on_soft_motors_neither_sags_nor_falls(soft: str) -> None:
 
 
 def test_pybullet_refuses_soft_motors(soft: str) -> None:
-    with pytest.raises(NaoGaitError, match=r"allowed: mujoco: .* gives way"):
+    with pytest.raises(NaoGaitError, match=r"allowed: mujoco, since .* gives way"):
         Simulation(soft, engine="pybullet")

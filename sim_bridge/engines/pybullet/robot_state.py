@@ -217,7 +217,7 @@ def refuse(plant: Plant, robots: Iterable[RobotDescription]) -> None:
     """Raise NaoGaitError for the first option or motor that PyBullet cannot honour."""
     for robot in robots:
         if joint := robot.soft_joint:
-            allowed = f"mujoco: {joint} of {robot.name} has a motor that gives way"
+            allowed = f"mujoco, since {joint} of {robot.name} has a motor that gives way"
             raise NaoGaitError("engine", "pybullet", allowed)
     servo = plant.motor
     for key, honoured, allowed in (
