@@ -49,8 +49,11 @@ ABSURD, ABSURD_RATE = 50.0, 0.2
 """Angular acceleration [rad/s^2] by the gyro for each m/s^2 that the accelerometer changes by, and
 deviation [rad/s] of the gyro, above which its unit is wrong. Right ones reach 22, in hands 36."""
 FALLEN_TILT, FALLEN_TIME = 0.8, 0.08
-"""[rad, s] Angle between the accelerometer's mean and the vertical over the soles from which on a
-robot with a wrong gyro has fallen; time constant of that mean."""
+"""[rad, s] Angle between the accelerometer's mean and both the vertical over the soles and what it
+measured in the stand, from which on a robot with a wrong IMU has fallen; time constant of that
+mean."""
+FORCE_LEAST = 0.5
+"""[m/s^2] A smaller mean force has no direction: gravity is removed."""
 
 
 class SensorCheck:
@@ -62,7 +65,7 @@ class SensorCheck:
 
     Attributes:
         seems_to_lie: The first frame shows a robot that lies. If its soles carry it, it does not.
-        fallen: The accelerometer, which was right in the stand, shows a fall.
+        fallen: The accelerometer shows a fall, even if it is mounted otherwise.
     """
 
     def __init__(self, robot: RobotDescription, period: float) -> None:
@@ -82,6 +85,7 @@ class SensorCheck:
         self._lying_ticks = 0
         self._up: FloatArray | None = None
         self._forces: list[FloatArray] = []
+        self._stood: FloatArray | None = None
         self._gravity_is_right = False
         self._samples: deque[FloatArray] = deque(maxlen=ABSURD_TICKS)
         self._absurd = False
@@ -166,7 +170,8 @@ class SensorCheck:
         if self.trouble:
             return self.at_rest(frame)
         if self._doubtful and not self._gravity_is_right:
-            return self.at_rest(frame)
+            # The gyro is used: it shows whether the robot falls meanwhile.
+            return frame._replace(linear_acceleration=GRAVITY * self._vertical(frame))
         return frame
 
     def refuse_gyro(self) -> None:
@@ -254,14 +259,16 @@ class SensorCheck:
             f"at most {TILT_MAX:g} rad from the vertical over its soles; "
         )
         guess = ""
-        if size < 0.5:
+        if size < FORCE_LEAST:
             guess = "is gravity removed?"
         elif 0.7 < size < 1.3:
             guess = "unit g instead of m/s^2?"
         elif not FORCE_RANGE[0] <= size <= FORCE_RANGE[1]:
             guess = "unit or scale?"
-        if angle > TILT_MAX and size >= 0.5:
+        if angle > TILT_MAX and size >= FORCE_LEAST:
             guess = f"{guess} {self._turned(force)}".strip()
+        if not (guess and self.trouble):
+            self._stood = force  # a robot that falls meanwhile is judged again
         return f"{got}{allowed}{guess}; the robot stands" if guess else ""
 
     def _turned(self, force: FloatArray) -> str:
@@ -335,7 +342,12 @@ class SensorCheck:
         up, force = self._vertical(frame), frame.linear_acceleration
         last = force if self._force is None else self._force
         self._force = last + self._dt / (FALLEN_TIME + self._dt) * (force - last)
-        self.fallen = self._gravity_is_right and _angle(self._force, up) > FALLEN_TILT
+        stood = self._stood
+        self.fallen = (
+            stood is not None
+            and _size(stood) > FORCE_LEAST
+            and min(_angle(self._force, up), _angle(self._force, stood)) > FALLEN_TILT
+        )
         if self.fallen:
             return frame
         return frame._replace(

@@ -35,15 +35,42 @@ class Distorted(Fault):
         yield Delivery(0, message)
 
 
+class Shoved(Distorted):
+    """Also shoves the robot forward until it falls: its toes are loaded until it lies."""
+
+    height_when_limp = 0.0
+    """[m] of the torso over the floor."""
+
+    def before_physics(self, harness: Harness) -> None:
+        if harness.seconds() > 1.0 and not harness.fallen:
+            harness.push_robot(np.array((25.0, 0.0, 0.0)))
+        limp = any(gait.controller.state is GaitState.FALLEN for gait in harness.gaits)
+        if limp and self.height_when_limp == 0.0:
+            self.height_when_limp = float(harness.truth.torso_position[2])
+
+
+class StartedInAFall(Shoved):
+    """The gait is gone while the robot begins to fall."""
+
+    def before_physics(self, harness: Harness) -> None:
+        super().before_physics(harness)
+        leans = harness.seconds() > 1.0 and harness.truth.torso_position[2] < 0.98 * harness.height
+        if harness.gaits and harness.seconds() < 1.0:
+            harness.kill_gait()
+        elif leans and not harness.gaits:
+            harness.start_gait()
+
+
 def drive(
     change: Distortion, every: int = 1, urdf: str = "nao_h21_v33", seed: int = 3,
     command: Point3 = (0.15, 0.0, 0.0), seconds: float = 2.5, engine: str = "mujoco",
+    kind: type[Distorted] = Distorted,
 ) -> tuple[Harness, str]:  # fmt: skip
     """A robot that is told to walk after 1 s, and its errors."""
     world, parameters = standing(urdf, seed, engine)
     errors: list[str] = []
     with world:
-        harness = Harness(world, parameters, Distorted(change, every), VelocityCommand(*command))
+        harness = Harness(world, parameters, kind(change, every), VelocityCommand(*command))
         say = harness.gaits[0].controller._reporter.say
         take = say.take_log
 
@@ -92,6 +119,10 @@ def _matrix(factor: object) -> np.ndarray:
 def about_z(degrees: float) -> np.ndarray:
     cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     return np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
+
+
+def about_y(degrees: float) -> np.ndarray:
+    return about_z(degrees)[np.ix_([1, 2, 0], [1, 2, 0])]
 
 
 def axes(order: str) -> np.ndarray:
@@ -156,6 +187,32 @@ def test_a_wrong_imu_keeps_the_robot_standing_and_is_named(guess: str) -> None:
     assert harness.gaits[0].controller.state is GaitState.STAND
     assert harness.truth.torso_position[0] < 0.03, "it has not walked"
     assert not harness.fallen
+
+
+@pytest.mark.parametrize("degrees", [30.0, -50.0])
+def test_a_robot_with_a_tilted_imu_stands_and_is_limp_after_a_fall(degrees: float) -> None:
+    """Its accelerometer shows the fall by how far it turns."""
+    tilted = mapped(about_y(degrees), about_y(degrees))
+    harness, errors = drive(tilted)
+    assert "mounting of the IMU" in errors
+    assert harness.gaits[0].controller.state is GaitState.STAND
+    assert not harness.fallen
+    if degrees > 0.0:  # else the force passes the vertical on its way
+        harness, _ = drive(tilted, kind=Shoved)
+        lies_limp(harness)
+
+
+def test_a_gait_that_starts_while_the_robot_falls_lets_it_go_limp() -> None:
+    """The first force differs from the soles' normal, as that of an IMU that is mounted askew."""
+    harness, _ = drive(lambda rate, force: (rate, force), kind=StartedInAFall)
+    lies_limp(harness)
+
+
+def lies_limp(harness: Harness) -> None:
+    assert harness.fallen
+    assert isinstance(harness.fault, Shoved)
+    assert harness.fault.height_when_limp > 0.08, "before it lies"
+    assert harness.gaits[0].controller.state is GaitState.FALLEN
 
 
 @pytest.mark.parametrize("name", QUICK)
