@@ -281,6 +281,8 @@ class Intake:
         if not first:
             self._report_new_time(step, stamp, gap, steady=steady)
             self._sync.restart(stamp)
+            if steady:
+                self._age.set_clock(stamp, self._arrival)
         self._validation.restart(sample, steady)
         return NewTime(stamp, first, steady)
 

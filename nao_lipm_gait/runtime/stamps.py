@@ -128,13 +128,19 @@ class SensorAge:
 
     def __init__(self, period: float) -> None:
         self._period = period
+        self._offset = 0.0
         self.usual = 0.0
         self.age: float | None = None
         self.late = 0
 
+    def set_clock(self, stamp: int, arrived: int | None) -> None:
+        """The clock of the stamps was set, and no time has passed: the age is what it was."""
+        if arrived is not None and self.age is not None:
+            self._offset = (arrived - stamp) * 1e-9 - self.age
+
     def update(self, stamp: int, arrived: int | None) -> int:
         """Measure the age of a frame by its stamp and arrival [ns]; returns `late`."""
-        self.age = None if arrived is None else (arrived - stamp) * 1e-9
+        self.age = None if arrived is None else (arrived - stamp) * 1e-9 - self._offset
         if self.age is None or not -self._period <= self.age <= AGE_ABSURD:
             self.age, self.late = None, 0
             return 0

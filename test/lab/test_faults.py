@@ -144,6 +144,15 @@ def test_a_bridge_that_was_restarted_executes_commands_at_once() -> None:
     assert run_fault(FaultRun("bridge_restart", 5)).outcome == WALKS
 
 
+def test_a_gait_that_starts_on_a_leaning_robot_notices_that_it_falls() -> None:
+    assert run_fault(FaultRun("gait_restart", 246)).violations == ()
+
+
+@pytest.mark.parametrize("seed", [188, 207])
+def test_a_clock_that_is_set_back_by_half_a_second_fells_no_robot(seed: int) -> None:
+    assert run_fault(FaultRun("stamp_jump", seed)).outcome == WALKS
+
+
 def test_a_run_depends_on_its_seed_alone() -> None:
     first, again = (run_fault(FaultRun("loss", 5)) for _ in range(2))
     assert first == again

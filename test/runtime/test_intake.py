@@ -144,6 +144,20 @@ def test_frames_that_are_older_than_the_walk_assumes_are_late() -> None:
     assert frame.late == 2
 
 
+@pytest.mark.parametrize("jump", [-90, -300, -700, 400])
+def test_a_clock_that_is_set_makes_no_frame_older(jump: int) -> None:
+    """Seen from the clock of the arrivals, set back it looks like sensors that come late."""
+    fed = Fed()
+    fed.intake.set_delay(0.04 + ROBOT.command_lag)
+    late = []
+    for ms in range(6_000, 6_200, 10):
+        stamp = ms if ms < 6_100 else ms + jump
+        fed.imu(stamp)
+        late += [frame.late for frame in fed.joints(stamp, arrived=ms + 60).frames]
+    assert set(late) == {2}
+    assert len(late) > 15
+
+
 @given(st.lists(st.tuples(st.sampled_from(("imu", "joints")), st.integers(0, 2_000)), max_size=50))
 def test_whatever_the_stamps_are_frames_of_one_time_go_forward(
     messages: list[tuple[str, int]],
