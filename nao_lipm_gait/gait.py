@@ -42,7 +42,7 @@ from robot_core.joint_limits import JointLimits
 from robot_core.motion.joints import BODY, joint_groups
 from robot_core.motion.keyframes import Motion
 from robot_core.motion.library import MotionLibrary
-from robot_core.rate_limiter import RateLimiter
+from robot_core.rate_limiter import RateLimiter, limited_step
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.types import (
     DOWN,
@@ -70,6 +70,8 @@ FLOOR_MASS = 6.0
 """[kg] Robots that are heavier walk on floors that are stiffer in proportion."""
 HEIGHT_RATE = 0.05
 """Rate [m/s] at which the CoM height follows its parameter."""
+INWARD_MAX = 0.3
+"""Share of the foot spacing by which a sole may be off where the walk begins."""
 PITCH_RATE = 0.1
 """Rate [rad/s] at which the torso's pitch follows its parameters."""
 CAUTIOUS_SHARE, CAUTIOUS_TURN_SHARE = 0.55, 0.3
@@ -450,7 +452,10 @@ class Gait:
 
     def _begin_walk(self, transition: Transition, command: VelocityCommand) -> None:
         if transition.tipping_com is None:
-            self._walk.start(command)
+            # The ground has held the feet where they were before the stand.
+            p = self._parameters
+            inward = 0.5 * (p.foot_spacing - self._estimator.feet_apart) if p.feedback else 0.0
+            self._walk.start(command, limited_step(0.0, inward, INWARD_MAX * p.foot_spacing))
         else:
             self._walk.catch(*transition.tipping_com)
         self._tilt_compensation = TiltCompensation()

@@ -73,6 +73,9 @@ PRESETS = {
     "ideal": ("nao_h21_v33", "ideal", (), 0.6),
     "nao_v6": ("nao_v6", "reference", (), 1.0),
     "bruno": ("bruno", "reference", (), 0.6),
+    "booster_t1": ("booster_t1", "reference", (), 1.0),
+    "booster_k1": ("booster_k1", "reference", (), 1.0),
+    "op3": ("op3", "reference", (), 0.6),
     "rough_fast": ("bruno", "reference", (HEXAGONS, ("sole.kind", "sponge")), 0.4),
     "rough_slow": ("bruno", "reference", (HEXAGONS, ("sole.kind", "spring")), 0.2),
 }
@@ -171,6 +174,8 @@ def cases(engines: Iterable[str] = ENGINES) -> Iterator[Case]:
         for preset, (robot, *_) in PRESETS.items():
             if engine == "mujoco" and preset == "ideal":
                 continue  # motors without any lag are PyBullet's alone
+            if engine == "pybullet" and loaded_robot(robot).soft_joint:
+                continue  # and soft ones MuJoCo's
             yield Case(engine, robot, f"walk/{preset}")
         yield Case(engine, "nao_h21_v33", "side/default")
         yield Case(engine, "nao_h21_v33", "sway/default")

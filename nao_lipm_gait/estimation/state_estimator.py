@@ -388,6 +388,12 @@ class StateEstimator:
         return self.orientation.tilt > GET_UP_TILT
 
     @property
+    def feet_apart(self) -> float:
+        """Distance [m] between the soles to the side, by the measured joint angles."""
+        left, right = self.torso_place.left_sole, self.torso_place.right_sole
+        return left.position[1] - right.position[1]
+
+    @property
     def torso_place(self) -> TorsoPlace:
         """Torso and soles by the measured joint angles, for the head."""
         if self._soles is None:

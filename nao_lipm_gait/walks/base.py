@@ -158,8 +158,13 @@ class Walk(Protocol):
     def set_parameters(self, parameters: GaitParameters) -> None:
         """Use new parameters from the next `plan` on; the engine stays, and so does its delay."""
 
-    def start(self, command: VelocityCommand) -> None:
-        """Start to walk from a stand."""
+    def start(self, command: VelocityCommand, inward: float = 0.0) -> None:
+        """Start to walk from a stand.
+
+        Args:
+            command: Its direction chooses the foot that steps first.
+            inward: How much closer to the middle than in the stand each sole is [m].
+        """
 
     def catch(self, x: float, y: float, vx: float, vy: float) -> None:
         """Start to step from a stand whose CoM tips over.

@@ -124,6 +124,11 @@ def home_sole(side: int, parameters: GaitParameters) -> Pose2:
     return -parameters.foot_reference_x, side * 0.5 * parameters.foot_spacing, 0.0
 
 
+def closer_soles(left: Pose2, right: Pose2, inward: float) -> tuple[Pose2, Pose2]:
+    """Two soles in Q, each moved by `inward` [m] towards the other one."""
+    return (left[0], left[1] - inward, left[2]), (right[0], right[1] + inward, right[2])
+
+
 def first_support(command: VelocityCommand) -> int:
     """The leg that supports before the first step: the foot that leads the motion steps first."""
     return LEFT if command.y > 0.0 or (command.y == 0.0 and command.yaw > 0.0) else RIGHT

@@ -31,6 +31,7 @@ from nao_lipm_gait.walks.pendulum import divergent_component, natural_frequency
 from nao_lipm_gait.walks.steps import (
     STEP_IN_PLACE,
     approach,
+    closer_soles,
     first_support,
     home_sole,
 )
@@ -119,10 +120,11 @@ class LipmWalk:
         self._time_left = 0.0
         self._shifts_weight = False
 
-    def start(self, command: VelocityCommand) -> None:
+    def start(self, command: VelocityCommand, inward: float = 0.0) -> None:
         """Let the CoM fall from the middle towards the first support foot: no ramp is needed."""
         soles = self._predicted.sole_in_q, self._swing.pose_in_q
         left_sole, right_sole = soles if self._predicted.support == LEFT else soles[::-1]
+        left_sole, right_sole = closer_soles(left_sole, right_sole, inward)
         self._rest(first_support(command), left_sole, right_sole, self._predicted.q_in_odom)
         self._stopping = False
         self._shifts_weight = True

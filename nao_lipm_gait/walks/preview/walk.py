@@ -44,9 +44,9 @@ class PreviewWalk(ZmpWalk):
         super().stand_at(q_in_odom)
         self._look_ahead(STANDSTILL)
 
-    def start(self, command: VelocityCommand) -> None:
+    def start(self, command: VelocityCommand, inward: float = 0.0) -> None:
         """Shift the weight, so that the foot that leads the motion makes the first step."""
-        super().start(command)
+        super().start(command, inward)
         self._look_ahead(command)
 
     def plan(self, command: VelocityCommand, *, sent: bool = True) -> BodyTargets:

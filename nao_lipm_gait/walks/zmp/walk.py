@@ -19,6 +19,7 @@ from nao_lipm_gait.walks.steps import (
     Stride,
     approach,
     asked_stride,
+    closer_soles,
     ellipsoid_share,
     first_support,
     home_sole,
@@ -121,13 +122,14 @@ class ZmpWalk:
 
     # -- the three stages of a tick ----------------------------------------------------------------
 
-    def start(self, command: VelocityCommand) -> None:
+    def start(self, command: VelocityCommand, inward: float = 0.0) -> None:
         """Shift the weight, so that the foot that leads the motion makes the first step."""
         support = first_support(command)
         self._stride = STEP_IN_PLACE
         self._step_count = 0
         half = self._half_stride
         soles = {half.support: half.standing, -half.support: half.swing_end}
+        soles[LEFT], soles[RIGHT] = closer_soles(soles[LEFT], soles[RIGHT], inward)
         self._stand(Phase.SHIFT, support, soles[support], soles[-support])
 
     def catch(self, x: float, y: float, vx: float, vy: float) -> None:
