@@ -81,6 +81,8 @@ class Size:
 
     def command(self, command: VelocityCommand) -> VelocityCommand:
         """The command for the image."""
+        if self.same:
+            return command
         speed = self.time / self.length
         return VelocityCommand(speed * command.x, speed * command.y, self.time * command.yaw)
 

@@ -22,11 +22,11 @@ DEADBAND = VelocityCommand(1e-3, 1e-3, 5e-4)
 def outside_deadband(command: VelocityCommand) -> VelocityCommand:
     """The command with 0 on each axis that is inside the deadband."""
     x, y, yaw = command
-    return VelocityCommand(
-        x if abs(x) >= DEADBAND.x else 0.0,
-        y if abs(y) >= DEADBAND.y else 0.0,
-        yaw if abs(yaw) >= DEADBAND.yaw else 0.0,
-    )
+    least_x, least_y, least_yaw = DEADBAND
+    moves_x, moves_y, turns = abs(x) >= least_x, abs(y) >= least_y, abs(yaw) >= least_yaw
+    if (moves_x or x == 0.0) and (moves_y or y == 0.0) and (turns or yaw == 0.0):
+        return command
+    return VelocityCommand(x if moves_x else 0.0, y if moves_y else 0.0, yaw if turns else 0.0)
 
 
 class StepMean:
@@ -50,10 +50,11 @@ class StepMean:
             command: The command of this tick.
             step_count: Number of the running step.
         """
-        if command.is_zero or step_count != self._step:
+        stands = command.is_zero
+        if stands or step_count != self._step:
             self._step = step_count
             self._begin()
-        if command.is_zero:
+        if stands:
             return command
         self._x += command.x
         self._y += command.y

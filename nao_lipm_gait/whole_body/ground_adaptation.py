@@ -34,12 +34,12 @@ class GroundAdaptation:
             dt: Time [s] since the last tick.
             walks: The robot walks; in a stand the soles become level slowly.
         """
+        if ground.stance == ground.slope == self._left == self._right == self._slope == 0.0:
+            return targets
         step = (TURN_RATE if walks else RETURN_RATE) * dt
         left = self._left = limited_step(self._left, ground.under(LEFT), step)
         right = self._right = limited_step(self._right, ground.under(RIGHT), step)
         slope = self._slope = limited_step(self._slope, ground.slope, step)
-        if left == right == slope == 0.0:
-            return targets
         origin = (targets.left_sole if support == LEFT else targets.right_sole).x
         x, y, z = targets.com_in_q
         return BodyTargets(

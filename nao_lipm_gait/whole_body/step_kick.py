@@ -5,7 +5,7 @@ the CoM answers the moving leg. So a kick needs no stop, and costs no more balan
 """
 
 from collections.abc import Sequence
-from math import cos, hypot, remainder, sin, tau
+from math import cos, remainder, sin, tau
 
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
 from nao_lipm_gait.walks.swing_foot import raised_cosine
@@ -83,7 +83,7 @@ class StepKick:
         phase = self._phase
         if dt > 0.0:
             self._phase += (1.0 - phase) * dt / (dt + time_left)
-        if hypot(*self._way) == 0.0:
+        if self._way == (0.0, 0.0):
             return targets
         share = raised_cosine(2.0 * min(phase - BEGIN, END - phase) / (END - BEGIN))
         x, y = share * self._way[0], share * self._way[1]
