@@ -12,6 +12,8 @@ from robot_core.geometry import dot
 from robot_core.types import GRAVITY, Point3
 
 UPRIGHT: Point3 = (0.0, 0.0, 1.0)
+UPRIGHT_TIME = 0.3
+"""[s] For how long a robot that moves counts as having been upright: an impact must not tilt it."""
 
 STANCE_TILT_MAX = 0.35
 """[rad] Tilt above which the stance sole is not taken as flat."""
@@ -72,8 +74,8 @@ class TorsoOrientation:
             self.up_in_torso = UPRIGHT
 
     def reset_upright(self) -> None:
-        """Begin upright, as for a moving robot, whose first sample may be far from gravity."""
-        self._age = 0.0
+        """Begin upright, as for a moving robot, whose first samples may be far from gravity."""
+        self._age = UPRIGHT_TIME
         self.up_in_torso = UPRIGHT
 
     def update(

@@ -122,6 +122,18 @@ def test_accelerometer_corrects_a_gyro_bias_on_average() -> None:
     assert orientation.tilt < 0.06
 
 
+def test_a_robot_that_moves_at_the_start_is_not_tilted_by_an_impact() -> None:
+    orientation = TorsoOrientation(4.0, 1e9, 0.0)
+    orientation.reset_upright()
+    impact = tuple(Rotation.from_euler("X", 0.6).inv().apply([0.0, 0.0, GRAVITY]))
+    for _ in range(10):
+        orientation.update((0.0, 0.0, 0.0), impact, LEVEL, DT)
+    assert orientation.tilt < 0.2
+    for _ in range(200):  # no impact: it leans
+        orientation.update((0.0, 0.0, 0.0), impact, LEVEL, DT)
+    assert orientation.tilt > 0.5
+
+
 def test_an_impact_in_the_first_sample_is_soon_forgotten() -> None:
     orientation = TorsoOrientation(4.0, 4.0, 0.35)
     orientation.reset((7.0, 0.0, 7.0))

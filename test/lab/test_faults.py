@@ -148,6 +148,11 @@ def test_a_gait_that_starts_on_a_leaning_robot_notices_that_it_falls() -> None:
     assert run_fault(FaultRun("gait_restart", 246)).violations == ()
 
 
+@pytest.mark.parametrize(("fault", "seed"), [("silence", 79), ("gait_restart", 88)])
+def test_a_gait_that_begins_on_a_swaying_robot_does_not_see_a_fall(fault: str, seed: int) -> None:
+    assert run_fault(FaultRun(fault, seed)).outcome == WALKS
+
+
 @pytest.mark.parametrize("seed", [188, 207])
 def test_a_clock_that_is_set_back_by_half_a_second_fells_no_robot(seed: int) -> None:
     assert run_fault(FaultRun("stamp_jump", seed)).outcome == WALKS
