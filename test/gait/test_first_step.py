@@ -10,8 +10,7 @@ from nao_lipm_gait.walks.lipm.walk import LipmWalk
 from nao_lipm_gait.walks.preview.walk import PreviewWalk
 from nao_lipm_gait.walks.zmp.walk import ZmpWalk
 from robot_core.types import STANDSTILL, VelocityCommand
-from sim_bridge.trials.trial import TimedCommands
-from sim_bridge.trials.trial import TrialSpec, make_gait, make_world, run
+from sim_bridge.trials.trial import TimedCommands, TrialSpec, make_gait, make_world, run
 
 DT, INWARD = 0.01, 0.012
 FORWARD = VelocityCommand(0.2, 0.0, 0.0)
