@@ -110,7 +110,9 @@ class SensorCorrection:
             if mean_rate is not None:
                 mean_rate = np.array(rotate(imu, as_point(mean_rate - bias)))
         position = frame.joint_position + self._offset
-        return SensorFrame(frame.stamp, position, rate, force, frame.late, frame.lifted, mean_rate)
+        return SensorFrame(
+            frame.stamp, position, rate, force, frame.late, frame.lifted, mean_rate
+        )
 
     def for_motors(self, position: FloatArray) -> FloatArray:
         """Joint targets (n,) [rad] as the motors take them."""

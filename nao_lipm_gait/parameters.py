@@ -33,36 +33,24 @@ class GaitParameters(Settings):
     )
 
     com_height: float = number(
-        0.24,
-        0.15,
-        0.4,
-        "m",
-        "Height of the whole-body CoM above the soles.",
+        0.24, 0.15, 0.4, "m", "Height of the whole-body CoM above the soles.",
         section="Stance",
     )
     foot_spacing: float = number(0.12, 0.08, 0.2, "m", "Lateral distance between the ankles.")
     foot_reference_x: float = number(
-        0.0205,
-        -0.03,
-        0.06,
-        "m",
+        0.0205, -0.03, 0.06, "m",
         "Preferred distance of the pendulum origin ahead of the ankle (where r_x = 0).",
     )
-    torso_pitch: float = number(0.04, -0.3, 0.3, "rad", "Forward lean of the torso while walking.")
+    torso_pitch: float = number(
+        0.04, -0.3, 0.3, "rad", "Forward lean of the torso while walking."
+    )
 
     pendulum_height: float = number(
-        0.24,
-        0.1,
-        0.6,
-        "m",
-        "Height h of the pendulum; sets k = sqrt(g/h).",
+        0.24, 0.1, 0.6, "m", "Height h of the pendulum; sets k = sqrt(g/h).",
         section="Pendulum",
     )
     pendulum_width: float = number(
-        0.04,
-        0.005,
-        0.1,
-        "m",
+        0.04, 0.005, 0.1, "m",
         "(x0)_y: lateral distance of the CoM from the pendulum origin where it turns back; a "
         "larger value shortens the steps' duration.",
     )
@@ -71,10 +59,7 @@ class GaitParameters(Settings):
     )
 
     step_forward_max: float = number(
-        0.108,
-        0.0,
-        0.2,
-        "m",
+        0.108, 0.0, 0.2, "m",
         "Largest forward step size. Commands beyond the step sizes are walked at them.",
         section="Step sizes",
     )
@@ -86,17 +71,11 @@ class GaitParameters(Settings):
         1.05, 0.0, 2.0, "rad", "Largest sum of the turns of both feet (one double step)."
     )
     step_side_share: float = number(
-        0.8,
-        0.5,
-        1.0,
-        "",
+        0.8, 0.5, 1.0, "",
         "Share of a side step that the leading foot takes; the trailing foot takes the rest.",
     )
     step_turn_share: float = number(
-        0.5,
-        0.5,
-        1.0,
-        "",
+        0.5, 0.5, 1.0, "",
         "Share of a turn that the opening foot takes; the closing foot takes the rest.",
     )
     step_forward_rate: float = number(
@@ -107,18 +86,11 @@ class GaitParameters(Settings):
     )
 
     swing_lift: float = number(
-        0.03,
-        0.0,
-        0.06,
-        "m",
-        "Greatest height of the swing foot.",
+        0.03, 0.0, 0.06, "m", "Greatest height of the swing foot.",
         section="Swing foot",
     )
     kick_reach: float = number(
-        0.08,
-        0.0,
-        0.15,
-        "m",
+        0.08, 0.0, 0.15, "m",
         "How far a foot that kicks in the walk swings beyond its way; slow motors make less of it.",
     )
 
@@ -133,10 +105,7 @@ class GaitParameters(Settings):
     )
 
     heading_gain: float = number(
-        1.5,
-        0.0,
-        5.0,
-        "1/s",
+        1.5, 0.0, 5.0, "1/s",
         "Turning rate per heading error while no turn is commanded; 0 = do not hold the heading.",
         section="Heading and speed",
     )
@@ -146,18 +115,12 @@ class GaitParameters(Settings):
         "which leans further forward while a heading is held.",
     )
     speed_time: float = number(
-        2.0,
-        0.0,
-        60.0,
-        "s",
+        2.0, 0.0, 60.0, "s",
         "Time constant for learning a constant error of the walking speed; 0 = off.",
     )
 
     tilt_stance_time: float = number(
-        4.0,
-        0.05,
-        60.0,
-        "s",
+        4.0, 0.05, 60.0, "s",
         "Time constant of the correction of the torso's tilt by the flat stance sole.",
         section="Torso orientation and soles",
     )
@@ -170,18 +133,11 @@ class GaitParameters(Settings):
     )
 
     gyro_pitch_gain: float = number(
-        0.02,
-        -0.2,
-        0.2,
-        "s",
-        "k_p from the pitch rate to the pitch of the support ankle.",
+        0.02, -0.2, 0.2, "s", "k_p from the pitch rate to the pitch of the support ankle.",
         section="Posture",
     )
     gyro_pitch_rate_gain: float = number(
-        0.0,
-        -0.01,
-        0.01,
-        "s^2",
+        0.0, -0.01, 0.01, "s^2",
         "k_d from the pitch acceleration to the pitch of the support ankle.",
     )
     gyro_roll_gain: float = number(
@@ -194,40 +150,25 @@ class GaitParameters(Settings):
         0.0, -1.0, 1.0, "", "Share of the gyro corrections that is added to the support hip."
     )
     gyro_waist_share: float = number(
-        0.0,
-        -5.0,
-        5.0,
-        "",
+        0.0, -5.0, 5.0, "",
         "Share of the pitch correction that is added to the waist, on robots that have one.",
     )
     gyro_shoulder_share: float = number(
-        0.0,
-        -20.0,
-        20.0,
-        "",
+        0.0, -20.0, 20.0, "",
         "Share of the gyro corrections that is added to pitch and roll of both shoulders.",
     )
     tilt_pitch_gain: float = number(
-        0.8,
-        0.0,
-        1.5,
-        "",
+        0.8, 0.0, 1.5, "",
         "Share of the torso's pitch error by which the swing foot is rotated back and raised; 0 = "
         "neither pitch nor roll is compensated.",
     )
     arm_swing: float = number(
-        5.5,
-        0.0,
-        12.0,
-        "rad/m",
+        5.5, 0.0, 12.0, "rad/m",
         "Swing of each arm per metre by which the opposite foot is ahead.",
     )
 
     stand_catch: float = number(
-        0.05,
-        0.0,
-        0.3,
-        "m",
+        0.05, 0.0, 0.3, "m",
         "Start to step from a stand if the divergent component of the CoM moves by this much; 0 = "
         "never.",
         section="Start and fall",

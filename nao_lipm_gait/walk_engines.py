@@ -38,10 +38,8 @@ _ZMP_PARAMETERS = f"{_WALKS}.zmp.parameters.ZmpParameters"
 # The first one is the default.
 WALKS = {
     "lipm": WalkKind(
-        f"{_WALKS}.lipm.walk.LipmWalk",
-        _LIPM_PARAMETERS,
-        "observed linear inverted pendulum of the first paper",
-        flat_stance=True,
+        f"{_WALKS}.lipm.walk.LipmWalk", _LIPM_PARAMETERS,
+        "observed linear inverted pendulum of the first paper", flat_stance=True,
     ),
     "zmp": WalkKind(
         f"{_WALKS}.zmp.walk.ZmpWalk", _ZMP_PARAMETERS, "ZMP trajectories of the second paper"

@@ -331,7 +331,9 @@ class StateEstimator:
         roll, pitch = self._bias_jump.rate
         return rate if roll == pitch == 0.0 else (rate[0] - roll, rate[1] - pitch, rate[2])
 
-    def _find_bias_jump(self, normal: Point3, force: Point3, dt: float, after_loss: bool) -> None:
+    def _find_bias_jump(
+        self, normal: Point3, force: Point3, dt: float, after_loss: bool
+    ) -> None:
         x, y, _ = self.orientation.up_in_torso
         force_x, force_y = force[0] / GRAVITY - x, force[1] / GRAVITY - y
         sole = normal[0] - x, normal[1] - y

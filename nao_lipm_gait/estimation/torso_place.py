@@ -60,7 +60,9 @@ class TorsoPlace(NamedTuple):
 
     def _ground_axes(self) -> tuple[Point3, Point3]:
         """Forward and left on the ground, in the torso frame: the mean heading of the soles."""
-        mean = [a + b for a, b in zip(self.left_sole.forward, self.right_sole.forward, strict=True)]
+        mean = [
+            a + b for a, b in zip(self.left_sole.forward, self.right_sole.forward, strict=True)
+        ]
         along = sum(a * b for a, b in zip(mean, self.up, strict=True))
         x, y, z = (a - along * b for a, b in zip(mean, self.up, strict=True))
         size = (x * x + y * y + z * z) ** 0.5 or 1.0

@@ -3,6 +3,7 @@
 Without a goal the gait controls the head.
 """
 
+
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.head.gaze import neck_of
 from robot_core.head_goals import Angles, Follow, Frame, Goal, Search

@@ -104,7 +104,9 @@ def load_input(side: int, message: WrenchStamped) -> LoadInput:
 def temperature_input(message: Temperature) -> TemperatureInput:
     """Contents of `temperature`; the frame_id names the joint."""
     stamp = message.header.stamp
-    return TemperatureInput(stamp.sec, stamp.nanosec, message.header.frame_id, message.temperature)
+    return TemperatureInput(
+        stamp.sec, stamp.nanosec, message.header.frame_id, message.temperature
+    )
 
 
 def kick_of(message: PoseStamped, frame_id: str) -> Pose2:

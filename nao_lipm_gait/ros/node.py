@@ -103,13 +103,11 @@ HOT_SPEED = node_parameter(
     "hot_speed", 1.0, "factor on the commanded velocity while a motor is hot", "", 0.0, 1.0
 )
 SENSOR_AGE = node_parameter(
-    "sensor_age",
-    False,
+    "sensor_age", False,
     "measure the age of the sensors by the clock of this node; not where a simulator waits for it",
 )
 COAST = node_parameter(
-    "coast",
-    False,
+    "coast", False,
     "walk on for a few control periods whose sensors are lost; not where a simulator waits for it",
 )
 NODE_PARAMETERS = (

@@ -119,7 +119,9 @@ def read_velocity(message: TwistInput) -> VelocityCommand:
     return VelocityCommand(x=message.linear[0], y=message.linear[1], yaw=message.angular[2])
 
 
-def head_angles(names: Sequence[str], position: Sequence[float], robot: RobotDescription) -> Angles:
+def head_angles(
+    names: Sequence[str], position: Sequence[float], robot: RobotDescription
+) -> Angles:
     """Read `~/head`: pan and tilt [rad] by the names of their joints, clipped to the joint limits.
 
     Raises:
@@ -173,7 +175,9 @@ def head_follow(point: Point3, frame_id: str, robot: RobotDescription) -> Follow
     return Follow(seen.point, seen.frame)
 
 
-def kick_goal(point: Point2, quaternion: tuple[float, float, float, float], frame_id: str) -> Pose2:
+def kick_goal(
+    point: Point2, quaternion: tuple[float, float, float, float], frame_id: str
+) -> Pose2:
     """Read `~/kick`: the ball x, y [m] and the direction of its way [rad], in base_footprint.
 
     Raises:

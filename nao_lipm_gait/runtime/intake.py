@@ -210,7 +210,9 @@ class Intake:
         frame = self._sync.overdue(tilt)
         return NOTHING if frame is None else self._completed((frame,))
 
-    def _completed(self, frames: tuple[SensorFrame, ...], new_time: NewTime | None = None) -> Taken:
+    def _completed(
+        self, frames: tuple[SensorFrame, ...], new_time: NewTime | None = None
+    ) -> Taken:
         """The frames with their age, and what is missing of them."""
         frames = tuple([self._aged(frame) for frame in frames])
         blind, unread = self._sync.blind_since, self._validation.unread_since

@@ -164,7 +164,9 @@ class JointCheck:
         measured = self._measured[begin + LAGS[-1] :][: self._ticks]
         return measured, self._windows[begin : begin + len(LAGS)][::-1]
 
-    def _explained(self, measured: FloatArray, shifted: FloatArray) -> tuple[FloatArray, list[str]]:
+    def _explained(
+        self, measured: FloatArray, shifted: FloatArray
+    ) -> tuple[FloatArray, list[str]]:
         """Mean squares (n,) [rad^2] that the best other explanation leaves, and these.
 
         Args:

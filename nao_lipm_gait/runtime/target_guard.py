@@ -99,7 +99,9 @@ class TargetGuard:
         self._coasted += 1
         return self._checked(targets, targets.stamp, good.position)
 
-    def _checked(self, targets: JointTargets, stamp: int, measured: FloatArray) -> GuardedTargets:
+    def _checked(
+        self, targets: JointTargets, stamp: int, measured: FloatArray
+    ) -> GuardedTargets:
         """The targets if they can be sent, else the last good ones; `measured` (n,) [rad]."""
         position = np.asarray(targets.position, dtype=float)
         if position.shape != self._lower.shape:

@@ -473,7 +473,9 @@ class SensorValidation:
         self._say.begin(SENSORS, Level.ERROR, "wrong joints", check.trouble)
         return True
 
-    def _are_stuck(self, position: FloatArray, commanded: FloatArray | None, walking: bool) -> bool:
+    def _are_stuck(
+        self, position: FloatArray, commanded: FloatArray | None, walking: bool
+    ) -> bool:
         same = self._measured is not None and bool((position == self._measured).all())
         self._joint_repeats = self._joint_repeats + 1 if same else 0
         self._measured = position

@@ -84,7 +84,9 @@ class BodyTargets:
     def posed(self, com_in_q: Point3, torso_pitch: float) -> "BodyTargets":
         """The same targets with another CoM [m] and torso pitch [rad]."""
         left, right, roll = self.left_sole, self.right_sole, self.torso_roll
-        return BodyTargets(com_in_q, left, right, roll, torso_pitch, self.q_in_odom, self.torso_yaw)
+        return BodyTargets(
+            com_in_q, left, right, roll, torso_pitch, self.q_in_odom, self.torso_yaw
+        )
 
 
 @final
@@ -296,4 +298,6 @@ def body_targets(
     """
     standing = SoleTarget(support_sole[0], support_sole[1], 0.0, support_sole[2])
     left, right = (standing, swing_sole) if support == LEFT else (swing_sole, standing)
-    return BodyTargets(com_in_q, left, right, 0.0, parameters.torso_pitch, q_in_odom, torso_yaw)
+    return BodyTargets(
+        com_in_q, left, right, 0.0, parameters.torso_pitch, q_in_odom, torso_yaw
+    )

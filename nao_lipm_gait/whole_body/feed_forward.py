@@ -70,7 +70,9 @@ class FeedForward:
             share = min(max(off / max(apart, 1e-6), 0.0), 1.0)
         stride = dt / SHIFT_TIME
         self._left += min(max(share - self._left, -stride), stride)
-        ahead, aside = rotate_planar((x - origin[0]) / height, (y - origin[1]) / height, -yaw)
+        ahead, aside = rotate_planar(
+            (x - origin[0]) / height, (y - origin[1]) / height, -yaw
+        )
 
         def load(part: float, sole: SoleTarget, side: int) -> Load:
             px, py = rotate_planar(origin[0] - sole.x, origin[1] - sole.y, -yaw)

@@ -74,7 +74,9 @@ class SharedHipLegs:
             max(left_leg[REACH_ERROR], right_leg[REACH_ERROR]),
         )
 
-    def _five_joints(self, hip_angle: float, sole: SolePose, hip: Point3, side: float) -> _Leg:
+    def _five_joints(
+        self, hip_angle: float, sole: SolePose, hip: Point3, side: float
+    ) -> _Leg:
         """One leg for a given hip yaw-pitch.
 
         Args:

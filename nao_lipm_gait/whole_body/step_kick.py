@@ -66,7 +66,9 @@ class StepKick:
         if -BEFORE < along < BEYOND and abs(across) < BESIDE:
             self._goal, self._way = None, (reach * ux, side * reach * uy)
 
-    def apply(self, targets: BodyTargets, support: int, time_left: float, dt: float) -> BodyTargets:
+    def apply(
+        self, targets: BodyTargets, support: int, time_left: float, dt: float
+    ) -> BodyTargets:
         """The targets of one tick with the kick.
 
         Args:

@@ -68,11 +68,7 @@ class SupportTorque:
         self._twist_max = FRICTION * radius * self.weight
 
     def at(
-        self,
-        position: FloatArray,
-        roll: float,
-        pitch: float,
-        loads: tuple[Load, Load],
+        self, position: FloatArray, roll: float, pitch: float, loads: tuple[Load, Load],
         acceleration: FloatArray | None = None,
     ) -> FloatArray:
         """Torques (n,) [N m] of the joints.

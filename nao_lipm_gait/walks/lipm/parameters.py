@@ -45,10 +45,7 @@ class LipmParameters(GaitParameters):
     )
 
     pendulum_shift_max: float = number(
-        0.045,
-        0.0,
-        0.08,
-        "m",
+        0.045, 0.0, 0.08, "m",
         "Largest shift r_x of the pendulum origin towards the toes; beyond it the step size "
         "changes.",
         section="Walk `lipm`: the step",
@@ -57,20 +54,14 @@ class LipmParameters(GaitParameters):
         0.036, 0.0, 0.08, "m", "Largest shift r_x of the pendulum origin towards the heel."
     )
     pendulum_shift_side_max: float = number(
-        0.055,
-        0.0,
-        0.06,
-        "m",
+        0.055, 0.0, 0.06, "m",
         "Largest outward shift of the pendulum origin inside the sole if the CoM returns too late.",
     )
     step_duration_min: float = number(
         0.12, 0.05, 0.5, "s", "Shortest time between two support changes."
     )
     swing_rise: float = number(
-        0.46,
-        0.1,
-        0.5,
-        "",
+        0.46, 0.1, 0.5, "",
         "Share of the step for lifting the foot, and again for lowering it; the foot stays up in "
         "between.",
     )
@@ -78,33 +69,21 @@ class LipmParameters(GaitParameters):
         0.97, 0.5, 1.0, "", "Share of the step after which the foot no longer moves in x and y."
     )
     swing_toe_lift: float = number(
-        0.5,
-        0.0,
-        2.0,
-        "rad/m",
+        0.5, 0.0, 2.0, "rad/m",
         "Toe lift in mid-swing per metre that the foot moves forward; compensates for joint lag.",
     )
     step_mixed_weight: float = number(
-        1.7,
-        1.0,
-        4.0,
-        "",
+        1.7, 1.0, 4.0, "",
         "Weight of the smaller shares where the limits of mixed directions are combined; a larger "
         "value shortens the steps of curves and diagonals.",
     )
     step_travel_max: float = number(
-        0.21,
-        0.05,
-        0.4,
-        "m",
+        0.21, 0.05, 0.4, "m",
         "Longest path of a swing foot in x, that is the sum of two successive steps; the step that "
         "feedback needs is at most half as long.",
     )
     step_capture: float = number(
-        0.5,
-        0.0,
-        1.0,
-        "",
+        0.5, 0.0, 1.0, "",
         "Step size while r_x is at its limit: 0 = the step that keeps the CoM velocity, 1 = the "
         "step that corrects it.",
     )
@@ -112,52 +91,33 @@ class LipmParameters(GaitParameters):
         0.15, 0.0, 1.0, "", "As step_capture, for a step that must reach further back."
     )
     step_catch: float = number(
-        0.06,
-        0.0,
-        0.1,
-        "m",
+        0.06, 0.0, 0.1, "m",
         "Distance by which feedback may move the next foot outwards, and half as far inwards.",
     )
     step_hurry: float = number(
-        0.09,
-        0.0,
-        1.0,
-        "m",
+        0.09, 0.0, 1.0, "m",
         "Shorten the step's duration if the CoM needs a step this much longer than commanded; 1 = "
         "never.",
     )
 
     position_sigma: float = number(
-        0.0001,
-        0.0,
-        0.1,
-        "m",
-        "Standard deviation of the CoM position's process noise per tick.",
+        0.0001, 0.0, 0.1, "m", "Standard deviation of the CoM position's process noise per tick.",
         section="Walk `lipm`: CoM observer",
     )
     velocity_sigma: float = number(
         0.004, 0.0, 1.0, "m/s", "Standard deviation of the CoM velocity's process noise per tick."
     )
     offset_time: float = number(
-        3.0,
-        0.0,
-        60.0,
-        "s",
+        3.0, 0.0, 60.0, "s",
         "Time constant for learning constant errors of the measured CoM; 0 = off.",
     )
     push_velocity: float = number(
-        0.14,
-        0.0,
-        1.0,
-        "m/s",
+        0.14, 0.0, 1.0, "m/s",
         "Detect a push if CoM and accelerometer show that the CoM moves this much faster than "
         "expected; 0 = off.",
     )
     sway_limit: float = number(
-        0.0022,
-        0.0,
-        0.05,
-        "m",
+        0.0022, 0.0, 0.05, "m",
         "Strides become shorter if the measured CoM sways more than this (standard deviation to "
         "the side, beyond what is expected); 0 = off.",
     )

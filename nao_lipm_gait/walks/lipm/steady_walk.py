@@ -46,7 +46,9 @@ def limit_share(stride: Stride, parameters: LipmParameters) -> float:
     return (mixed + largest**norm) ** (1.0 / norm)
 
 
-def stride_for(command: VelocityCommand, parameters: LipmParameters, pace: float = 1.0) -> Stride:
+def stride_for(
+    command: VelocityCommand, parameters: LipmParameters, pace: float = 1.0
+) -> Stride:
     """The stride that walks the commanded velocity, scaled into the step limits.
 
     Args:
