@@ -15,7 +15,7 @@ _MARKER = Path("config", "gait", "default.yaml")
 """A folder is accepted only if it holds this file."""
 
 _KINDS = {
-    "urdf": (("urdf",), (".urdf",)),
+    "urdf": (("urdf",), (".urdf", ".xml")),
     "plants": (("config", "plants"), (".yaml", ".yml")),
     "gait": (("config", "gait"), (".yaml", ".yml")),
     "robots": (("config", "robots"), (".yaml", ".yml")),
@@ -24,6 +24,8 @@ _KINDS = {
     "kicks": (("config", "kicks"), (".yaml", ".yml")),
     "studies": (("config", "studies"), (".yaml", ".yml")),
 }
+_FILES = {"urdf": "URDF, MJCF or robot file"}
+"""What a path may lead to, where a suffix does not say it."""
 _FIELDS = {"urdf": "robot", "gait": "preset", "vision": "colors", "studies": "study"}
 """What users call a kind; the others are the singular of its key."""
 
@@ -106,7 +108,8 @@ def find(kind: str, name_or_path: str | Path) -> Path:
     text, field = str(name_or_path), _FIELDS.get(kind, kind.removesuffix("s"))
     if text in shipped:
         return share(*folder, f"{text}{suffixes[0]}")
-    allowed = f"a shipped name ({', '.join(shipped) or 'none'}) or the path of a {suffixes[0]} file"
+    path_of = _FILES.get(kind, f"{suffixes[0]} file")
+    allowed = f"a shipped name ({', '.join(shipped) or 'none'}) or the path of a {path_of}"
     looks_like_path = "/" in text or "\\" in text or text.lower().endswith(suffixes)
     try:
         path = Path(text).expanduser()

@@ -55,7 +55,7 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
     elif folder.exists() and not folder.is_dir():
         raise NaoGaitError("folder", str(folder), "a folder, not a file")
     modules = sorted(path.relative_to(SOURCE) for path in _modules_of_the_tick())
-    say(f"compiling {len(modules)} modules of the gait (about a minute) ...")
+    say(f"compiling {len(modules)} modules of the gait (2 to 4 minutes) ...")
     with tempfile.TemporaryDirectory(prefix="nao_gait_") as temporary:
         library, objects = Path(temporary, "library"), Path(temporary, "objects")
         for package in PACKAGES:

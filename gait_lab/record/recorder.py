@@ -528,7 +528,7 @@ def record(
     finally:
         rclpy.try_shutdown()
     say(f"{out}: {total} messages of {len(writer.counts)} topics, "
-        f"{time.monotonic() - began:.0f} s{recorder.missing}")  # fmt: skip
+        f"{time.monotonic() - began:.0f} s of wall time{recorder.missing}")  # fmt: skip
     return total
 
 

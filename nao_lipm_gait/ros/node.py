@@ -202,7 +202,9 @@ class GaitNode(Node):
         self._footsteps = publisher(self, MarkerArray, "~/footsteps")
         self._transforms = transform_broadcaster(self)
         if self._transforms is None:
-            self.get_logger().info("tf2_ros is not installed: no transforms are published")
+            self.get_logger().info(
+                "tf2_ros is not installed (normal without ROS): no transforms are published"
+            )
 
     def _make_subscriptions(self) -> None:
         # The executor serves messages that are ready together in this order: IMU before joints.

@@ -243,8 +243,8 @@ class Supervisor:
             text = f"the gyro's bias is not known after {wait.longest:g} s of standing: the walk "
             self._say.end("gyro bias", text + "may turn")
         elif stands and not command.is_zero:
-            text = f"standing until the gyro's bias is known, for {wait.longest:g} s at most"
-            self._say.begin(COMMANDS, Level.OK, "gyro bias", text)
+            text = f"standing until the gyro's bias is known, for {wait.longest:g} s of sensor time"
+            self._say.begin(COMMANDS, Level.OK, "gyro bias", text + " at most")
         return STANDSTILL if stands else command
 
     def _proven(self, frame: SensorFrame, *, blind: bool) -> tuple[SensorFrame, bool]:

@@ -74,6 +74,8 @@ def test_missing_files_are_refused(tmp_path: Path) -> None:
         load_robot(tmp_path / "none.urdf")
     with pytest.raises(NaoGaitError, match=r"robot: got 'nao_h25'.*nao_h21_v33"):
         load_robot("nao_h25")
+    with pytest.raises(NaoGaitError, match=r"robot file: got 'none\.xml'.*MJCF"):
+        load_robot("none.xml")
     with pytest.raises(NaoGaitError, match=r"robot: got 'nao_h25'.*nao_h21"):
         load_robot(robot="nao_h25")
 

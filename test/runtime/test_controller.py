@@ -613,7 +613,7 @@ def test_a_robot_that_is_driven_from_the_start_first_learns_the_bias_of_its_gyro
     assert at_once + 30 < learned < 1000
     assert logs == [
         [],
-        ["standing until the gyro's bias is known, for 10 s at most",
+        ["standing until the gyro's bias is known, for 10 s of sensor time at most",
          "the gyro's bias is known"],
     ]  # fmt: skip
 
