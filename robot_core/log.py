@@ -29,14 +29,20 @@ class LogLine(NamedTuple):
 class _Episode:
     """Messages of one key since they began."""
 
-    __slots__ = ("count", "first", "held_back", "last", "shown", "until", "wait")
+    __slots__ = ("begun", "count", "first", "held_back", "last", "shown", "until", "wait")
 
     def __init__(self, now: float, wait: float) -> None:
         self.first = self.last = now
         self.wait = wait
         self.until = now + wait
-        self.count = self.shown = 1
+        self.count = self.shown = self.begun = 1
         self.held_back = 0
+
+    def begin_again(self, now: float, wait: float) -> None:
+        """Wait as after the first message; what was held back is still to be counted."""
+        self.wait, self.until = wait, now + wait
+        self.shown = 1
+        self.begun += 1
 
 
 class Throttle:
@@ -51,7 +57,10 @@ class Throttle:
     QUIET = 10.0
     """[s] without a message, after which a key's messages have ended."""
     FORGET = 300.0
-    """[s] without a message, after which a message of the key is new again."""
+    """[s] without a message, after which all about the key is forgotten."""
+    BEGINNINGS = 6
+    """Bursts shown from their first message on before all is forgotten. A user who tries again sees
+    each; of what comes back every few seconds for hours so many more lines are shown, not more."""
     MANY = 5
     """Messages held back, from which on their end is worth a line."""
 
@@ -76,10 +85,16 @@ class Throttle:
                 self._episodes.clear()  # keys come from outside: never grow without bound
             self._episodes[key] = _Episode(now, self._period)
             return 0
-        if not episode.count:
+        quiet = now - episode.last > self.QUIET
+        if quiet or not episode.count:
             episode.first = now
+            episode.count = 0
         episode.last = now
         episode.count += 1
+        if quiet and episode.begun < self.BEGINNINGS:
+            episode.begin_again(now, self._period)
+            held_back, episode.held_back = episode.held_back, 0
+            return held_back
         if now < episode.until:
             if episode.shown < burst:
                 episode.shown += 1
@@ -100,7 +115,7 @@ class Throttle:
         found = []
         for key, episode in self._episodes.items():
             if episode.count and now - episode.last > self.QUIET:
-                if episode.held_back >= self.MANY:
+                if min(episode.count, episode.held_back) >= self.MANY:
                     found.append((key, episode.count, episode.last - episode.first))
                     episode.held_back = 0
                 episode.count = 0

@@ -111,7 +111,8 @@ class Diagnostics:
     def watch(self) -> None:
         """Log which events have ended; to be called a few times per second."""
         for key, count, seconds in self._throttle.ended(self._clock()):
-            self.log(Level.OK, f"no more warnings about {key}: {count} in {seconds:.1f} s")
+            over = f"{count} warnings in {seconds:.1f} s, none for {Throttle.QUIET:.0f} s"
+            self.log(Level.OK, f"{key}: {over}")
 
     def take_remarks(self) -> dict[str, tuple[Remark, ...]]:
         """The conditions that hold, and what happened since the last call, by group."""

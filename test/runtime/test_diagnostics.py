@@ -1,5 +1,7 @@
 """What is logged, and how often."""
 
+import pytest
+
 from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics
 from robot_core.log import Level, Throttle
 
@@ -38,6 +40,28 @@ def test_the_ones_that_are_held_back_are_counted() -> None:
     assert throttle.allow("a", 1000.0) == 0, "a new beginning"
 
 
+def test_the_first_message_of_each_new_burst_is_shown() -> None:
+    throttle = Throttle()
+    for start in (0.0, 25.0, 50.0, 75.0):
+        times = [start + 0.1 * i for i in range(100)]
+        shown = [time for time in times if throttle.allow("a", time) is not None]
+        assert shown[0] == start
+        assert len(shown) == 2
+        assert throttle.ended(start + 20.0) == [("a", 100, pytest.approx(9.9))]
+
+
+@pytest.mark.parametrize("every", [1.0, 9.0, 12.0, 40.0, 250.0])
+def test_what_comes_back_for_hours_does_not_fill_the_log(every: float) -> None:
+    throttle = Throttle()
+    times = [every * i for i in range(round(8 * 3600 / every))]
+    shown, ends = 0, 0
+    for time in times:
+        shown += throttle.allow("a", time) is not None
+        ends += len(throttle.ended(time + 0.99 * every))
+    assert shown < 45, "in eight hours"
+    assert not ends, "no message is a burst"
+
+
 def test_throttle_lets_a_burst_through() -> None:
     throttle = Throttle(period=2.0)
     assert [throttle.allow("a", 0.1 * i, burst=3) for i in range(5)] == [0, 0, 0, None, None]
@@ -73,7 +97,7 @@ def test_events_that_were_held_back_are_reported_as_over_once() -> None:
     assert lines(diagnostics) == ["a spike"]
     clock.now += Throttle.QUIET
     diagnostics.watch()
-    assert lines(diagnostics) == ["no more warnings about spike: 11 in 1.0 s"]
+    assert lines(diagnostics) == ["spike: 11 warnings in 1.0 s, none for 10 s"]
     clock.now += Throttle.QUIET
     diagnostics.watch()
     assert lines(diagnostics) == []
