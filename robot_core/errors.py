@@ -1,5 +1,6 @@
 """The exception for refused input, and what counts as a number."""
 
+import difflib
 import math
 import os
 import re
@@ -15,6 +16,10 @@ LONGEST_ALLOWED = 2000
 """Number of characters of what is allowed: it may list the names of a file."""
 MOST_ITEMS = 100
 """Items of a value, nested ones included, up to which it is shown as `repr` shows it."""
+LONGEST_NAME = 60
+"""Characters of an unknown name for which a similar one is looked for."""
+RESEMBLES = 0.8
+"""Share of characters that a name has in common with the one that was meant."""
 _NUMPY = re.compile(r"\bnp\.\w+\(([-\w.+]*)\)")
 """A number of numpy, as `np.float64(0.0)`."""
 _SHORT = Repr()
@@ -39,12 +44,31 @@ class NaoGaitError(ValueError):
         self.field = field
         self.value = value
         self.allowed = allowed
+        near = _nearest(field, value, allowed)
+        meant = f" did you mean {_clipped(near)}?" if near else ""
         allowed = _clipped(allowed, LONGEST_ALLOWED)
-        super().__init__(f"{_clipped(field)}: got {_shown(value)}; allowed: {allowed}")
+        super().__init__(f"{_clipped(field)}: got {_shown(value)};{meant} allowed: {allowed}")
 
     def __reduce__(self) -> tuple[type, tuple[str, object, str]]:
         """Pickle all three fields, so that the error can cross a process boundary."""
         return type(self), (self.field, self.value, self.allowed)
+
+
+def _nearest(field: str, value: object, allowed: str) -> str | None:
+    """The one of the allowed names that an unknown name resembles; None if none does.
+
+    The unknown name is the value up to its "=", or the last key of the field if keys are listed.
+    """
+    listed = re.search(r"\b(?:one of|a shipped name) (the keys )?(.*)", allowed)
+    if listed is None:
+        return None
+    word = re.split(r"[.:\s]", field)[-1] if listed[1] else value
+    if not isinstance(word, str) or len(word) > LONGEST_NAME:
+        return None
+    names = re.findall(r"[^\s,;()]+", listed[2])
+    word = word.partition("=")[0]
+    near = difflib.get_close_matches(word, names, 1, RESEMBLES)
+    return near[0] if near and near[0] != word else None
 
 
 def _shown(value: object) -> str:

@@ -13,7 +13,6 @@ refusal is one NaoGaitError with the path of the field, its value and what is al
 """
 
 import contextlib
-import difflib
 import math
 import os
 import re
@@ -396,8 +395,6 @@ class Settings:
             raise NaoGaitError(where.rstrip(": ") or cls.__name__, values, f"a mapping of {names}")
         for key, value in values.items():
             if key not in known:
-                near = difflib.get_close_matches(str(key), known, 1)
-                names = ", ".join(dict.fromkeys((*near, *known)))
                 raise NaoGaitError(join(where, str(key)), value, f"one of the keys {names}")
         checked = {}
         for name, field in known.items():
@@ -509,7 +506,7 @@ def parse_yaml(text: str, where: str) -> Any:
         raise NaoGaitError(where, f"{len(text)} characters", f"at most {LARGEST_FILE}")
     try:
         _check_size(text, where)
-        return yaml.load(text, _Loader)
+        return _loaded(text, where)
     except NaoGaitError:
         raise
     except Exception as error:  # PyYAML's constructors raise any: AttributeError of a !!timestamp
@@ -527,6 +524,31 @@ def value_of(text: str) -> Any:
         with contextlib.suppress(ValueError):
             value = float(value)
     return value
+
+
+def _loaded(text: str, where: str) -> Any:
+    """The value of a YAML text in which no key is given twice, of which YAML takes the last."""
+    loader = _Loader(text)
+    try:
+        node = loader.get_single_node()
+        _check_keys(node, where)
+        return None if node is None else loader.construct_document(node)
+    finally:
+        loader.dispose()
+
+
+def _check_keys(node: yaml.Node | None, where: str) -> None:
+    if isinstance(node, yaml.MappingNode):
+        seen = set()
+        for key, value in node.value:
+            _check_keys(value, where)
+            if isinstance(key, yaml.ScalarNode) and key.value in seen:
+                line = key.start_mark.line + 1
+                raise NaoGaitError(where, f"{key.value} twice (line {line})", "each key once")
+            seen.add(key.value if isinstance(key, yaml.ScalarNode) else id(key))
+    elif isinstance(node, yaml.SequenceNode):
+        for value in node.value:
+            _check_keys(value, where)
 
 
 def _check_size(text: str, where: str) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import attrs
 import numpy as np
 import pytest
+import yaml
 
 from robot_core import schema
 from robot_core.errors import NaoGaitError, one_line
@@ -73,7 +74,7 @@ def test_values_get_their_own_types_and_defaults() -> None:
         ({"front": {"radius": 10**400}}, "cart.front.radius", "a number from 0.1 to 1 m"),
         ({"front": {"radius": 10**5000}}, "cart.front.radius", "a number from 0.1 to 1 m"),
         ({"front": {"radius": 0.5, "spokes": 2.5}}, "cart.front.spokes", "a whole number"),
-        ({"front": {"radius": 0.5, "spikes": 2}}, "cart.front.spikes", "keys spokes, radius"),
+        ({"front": {"radius": 0.5, "spikes": 2}}, "cart.front.spikes", "keys radius, spokes"),
         ({"colour": "green"}, "cart.colour", "one of red, blue"),
         ({"colour": ["red"]}, "cart.colour", "one of red, blue"),
         ({"brake": 0}, "cart.brake", "true or false"),
@@ -97,6 +98,43 @@ def test_a_refusal_names_the_path_and_what_is_allowed_in_one_line(
     assert allowed in refused.value.allowed
     assert "\n" not in str(refused.value)
     assert len(str(refused.value)) < 600
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "allowed", "meant"),
+    [
+        ("cart.front.spoeks", 3, "one of the keys radius, spokes", "spokes"),
+        ("cart.colour", "blu", "one of red, blue", "blue"),
+        ("set", "brkae=true", "name=value, name one of brake, load", "brake"),
+        ("robot", "nao_h22", "a shipped name (bruno, nao_h21) or the path of a file", "nao_h21"),
+        ("base", "brunoo", "one of op3, bruno; or a file beside it", "bruno"),
+        ("cart.colour", "green", "one of red, blue", None),
+        ("cart.colour", "red", "one of red, blue", None),
+        ("cart.spokes", 3, "one of 1, 2", None),
+        ("cart.colour", "r" * 10_000, "one of red, blue", None),
+        ("cart.spokes", "ten", "a number from 2 to 40", None),
+    ],
+)
+def test_a_name_that_resembles_an_allowed_one_is_asked_for(
+    field: str, value: object, allowed: str, meant: str | None
+) -> None:
+    text = str(NaoGaitError(field, value, allowed))
+    asked = f" did you mean {meant}?" if meant else ""
+    assert text.endswith(f";{asked} allowed: {allowed}")
+
+
+@pytest.mark.parametrize(
+    "content", ["a: 1\nfoot: 2\nfoot: 3", "a: [{b: {foot: 1, 'foot': 1}}]"]
+)  # fmt: skip
+def test_a_key_that_is_given_twice_is_refused(content: str) -> None:
+    with pytest.raises(NaoGaitError, match=r"thing: got 'foot twice \(line [13]\)'"):
+        schema.parse_yaml(content, "thing")
+
+
+def test_a_key_may_replace_one_that_is_merged() -> None:
+    text = "a: &a {x: 1, y: 2}\nb: &b {<<: *a, x: 3}\nc: {<<: *a, y: 4}"
+    assert schema.parse_yaml(text, "thing") == yaml.safe_load(text)
+    assert schema.parse_yaml("", "thing") is None
 
 
 def test_fields_are_checked_in_code_too() -> None:
