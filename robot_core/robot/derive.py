@@ -159,7 +159,7 @@ def completed(
     """
     out = dict(values)
     out.setdefault("name", element.get("name") or path.stem)
-    out.setdefault("joints", _driven(element, path))
+    out.setdefault("joints", driven_joints(element, path))
     if all(key in out for key in ("left_leg", "right_leg", "frames", "sole_outline", "motors",
                                   "stand_pose", "head", "shoulder_pitch")):  # fmt: skip
         return _simple(out)
@@ -224,7 +224,7 @@ def _has(element: ET.Element, link: str) -> bool:
     return any(each.get("name") == link for each in element.findall("link"))
 
 
-def _driven(element: ET.Element, path: Path) -> list[str]:
+def driven_joints(element: ET.Element, path: Path) -> list[str]:
     """All revolute joints with an own range, in the order of the URDF."""
     names = []
     for joint in element.findall("joint"):

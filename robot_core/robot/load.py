@@ -9,11 +9,11 @@ from pathlib import Path
 
 from robot_core.errors import NaoGaitError
 from robot_core.resources import find, names
-from robot_core.robot.derive import completed, relative_size
+from robot_core.robot.derive import completed, driven_joints, relative_size
 from robot_core.robot.description import Camera, JointLimit, RobotDescription, read_only
 from robot_core.robot.mjcf import urdf_of_mjcf
 from robot_core.robot.robot_file import RobotFile, checked_robot_file, read_robot_file
-from robot_core.robot.urdf_check import checked_urdf
+from robot_core.robot.urdf_check import check_links, checked_urdf
 from robot_core.robot.urdf_model import LARGEST_URDF, UrdfModel
 from robot_core.schema import read_text
 from robot_core.types import FloatArray, Point2
@@ -63,9 +63,12 @@ def _loaded(urdf: str | Path, robot: str | Path | None) -> RobotDescription:
     file_path = _fitting(model, urdf_path) if robot is None else find("robots", str(robot))
     values = {} if file_path is None else read_robot_file(file_path)
     element = ET.fromstring(text)
-    for name in values.get("joints", ()) if isinstance(values.get("joints"), list) else ():
-        if isinstance(name, str) and not model.has_joint(name):
-            model.limit(name)  # refuses it
+    # First what is plainly wrong: what is derived from it, as a stand, would be blamed instead.
+    check_links(element, urdf_path)
+    joints = values["joints"] if "joints" in values else driven_joints(element, urdf_path)
+    for name in joints if isinstance(joints, list) else ():
+        if isinstance(name, str):
+            model.limit(name)
     given = values
     values = completed(given, element, urdf_path)
     file = checked_robot_file(values, file_path or urdf_path)

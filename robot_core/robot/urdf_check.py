@@ -29,6 +29,8 @@ def checked_urdf(
 ) -> tuple[str, tuple[str, ...]]:
     """Refuse a URDF that an engine would misread, and balance inertias that no body can have.
 
+    `check_links` has passed.
+
     Args:
         text: The URDF, which is well-formed XML of a <robot>.
         path: Its file, for error messages.
@@ -43,7 +45,6 @@ def checked_urdf(
         NaoGaitError: Names the link or joint, what it has and what is allowed.
     """
     root = ET.fromstring(text)
-    _check_names(root, path)
     _check_tree(root, path)
     for joint in root.findall("joint"):
         _check_joint(joint, path)
@@ -55,6 +56,32 @@ def checked_urdf(
     text = ET.tostring(root, encoding="unicode") if remarks else text
     _check_bodies(root, path, set(joints), torso, soles)
     return text, tuple(remarks)
+
+
+def check_links(root: ET.Element, path: Path) -> None:
+    """Refuse wrong names or masses of links, before anything is derived from them.
+
+    Raises:
+        NaoGaitError: Names the link, what it has and what is allowed.
+    """
+    _check_names(root, path)
+    for link in root.findall("link"):
+        _mass(link, path)
+
+
+def _mass(link: ET.Element, path: Path) -> float:
+    """[kg] of a link, 0 without an inertial; NaoGaitError if it is none, not finite or negative."""
+    inertial = link.find("inertial")
+    if inertial is None:
+        return 0.0
+    where = f"link {link.get('name')} in {path}: mass"
+    mass = inertial.find("mass")
+    if mass is None:
+        raise NaoGaitError(where, "missing", "a <mass value=...> in its <inertial>")
+    (value,) = _numbers(mass, "value", 1, where)
+    if value < 0.0:
+        raise NaoGaitError(where, float(value), "0 kg or more")
+    return float(value)
 
 
 def _check_names(root: ET.Element, path: Path) -> None:
@@ -152,15 +179,9 @@ def _balanced(link: ET.Element, path: Path) -> str | None:
     if inertial is None:
         return None
     _read_origin(inertial, where)
-    mass = inertial.find("mass")
-    if mass is None:
-        raise NaoGaitError(f"{where}: mass", "missing", "a <mass value=...> in its <inertial>")
-    (value,) = _numbers(mass, "value", 1, f"{where}: mass")
-    if value < 0.0:
-        raise NaoGaitError(f"{where}: mass", float(value), "0 kg or more")
     element = inertial.find("inertia")
     if element is None:
-        if value == 0.0:
+        if _mass(link, path) == 0.0:
             return None
         raise NaoGaitError(f"{where}: inertia", "missing", "an <inertia> in its <inertial>")
     xx, yy, zz, xy, xz, yz = (

@@ -309,6 +309,30 @@ def test_a_urdf_alone_that_cannot_walk_is_refused(
         assert words in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("path", "key", "value", "said"),
+    [
+        ("link[@name='LTibia']/inertial/mass", "value", "-1.5",
+         r"link part_\d+ in .*: mass: got -1.5; allowed: 0 kg or more"),
+        ("link[@name='LTibia']/inertial/mass", "value", "nan", "mass: got 'nan'; .*finite"),
+        ("joint[@name='Left_Knee_Pitch']/limit", "lower", "9", r"joint part_\d+ .*'lower': '9'"),
+        ("joint[@name='Left_Knee_Pitch']/limit", "effort", "0", r"joint part_\d+ .*'effort': '0'"),
+    ],
+)  # fmt: skip
+def test_a_wrong_mass_or_limit_is_named_before_a_stand_is_derived(
+    tmp_path: Path, path: str, key: str, value: str, said: str
+) -> None:
+    def edit(root: ET.Element) -> None:
+        element = root.find(path)
+        assert element is not None
+        element.set(key, value)
+
+    file = tmp_path / "somebody.urdf"
+    file.write_text(unnamed("booster_t1", edit))
+    with pytest.raises(NaoGaitError, match=said):
+        load_robot(file)
+
+
 def test_a_robot_file_beside_the_urdf_is_used(tmp_path: Path) -> None:
     (tmp_path / "mine.urdf").write_text(unnamed("booster_t1"))
     (tmp_path / "mine.yaml").write_text("name: mine\nurdf: mine.urdf\npreset: paper\n")
