@@ -147,7 +147,7 @@ class StateEstimator:
         force, rate = as_point(frame.linear_acceleration), as_point(frame.angular_velocity)
         at_rest = abs(hypot(*force) - GRAVITY) < REST_FORCE and hypot(rate[0], rate[1]) < REST_RATE
         if not at_rest:
-            self.orientation.reset_upright()
+            self.orientation.reset_moving(force)
             return None
         self.orientation.reset(force)
         return self.orientation.tilt

@@ -6,7 +6,7 @@ normal of the support sole, which lies flat on the ground unless the robot tips.
 the mean of all accelerometer samples so far is used, because the first one may be an impact.
 """
 
-from math import acos, asin, atan2, cos, sqrt
+from math import acos, asin, atan2, cos, hypot, sqrt
 
 from robot_core.geometry import dot
 from robot_core.types import GRAVITY, Point3
@@ -73,9 +73,15 @@ class TorsoOrientation:
         else:
             self.up_in_torso = UPRIGHT
 
-    def reset_upright(self) -> None:
-        """Begin upright, as for a moving robot, whose first samples may be far from gravity."""
-        self._age = UPRIGHT_TIME
+    def reset_moving(self, specific_force: Point3) -> None:
+        """Begin upright, as for a moving robot, whose first samples may be far from gravity.
+
+        Args:
+            specific_force: Accelerometer [m/s^2] in the torso frame; of a robot that lies it is so
+                far from upright that only the next samples count.
+        """
+        x, y, z = specific_force
+        self._age = UPRIGHT_TIME if hypot(x, y) < z else 0.0
         self.up_in_torso = UPRIGHT
 
     def update(

@@ -124,8 +124,8 @@ def test_accelerometer_corrects_a_gyro_bias_on_average() -> None:
 
 def test_a_robot_that_moves_at_the_start_is_not_tilted_by_an_impact() -> None:
     orientation = TorsoOrientation(4.0, 1e9, 0.0)
-    orientation.reset_upright()
     impact = tuple(Rotation.from_euler("X", 0.6).inv().apply([0.0, 0.0, GRAVITY]))
+    orientation.reset_moving(impact)
     for _ in range(10):
         orientation.update((0.0, 0.0, 0.0), impact, LEVEL, DT)
     assert orientation.tilt < 0.2
