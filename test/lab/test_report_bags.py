@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+import re
 import shutil
 import subprocess
 import sys
@@ -345,7 +346,7 @@ def test_the_terminal_may_have_any_encoding(
     assert (done.returncode, done.stderr) == (0, b"")
     assert "The robot walked for" in words
     assert "\\u" not in words
-    assert "-0" in words, "a minus sign that the encoding has"
+    assert re.search(r"-\d", words), "a minus sign that the encoding has"
 
 
 @pytest.mark.parametrize(
