@@ -6,7 +6,6 @@ import json
 import math
 import os
 import re
-import re
 import shutil
 import subprocess
 import sys
