@@ -452,9 +452,10 @@ class Gait:
 
     def _begin_walk(self, transition: Transition, command: VelocityCommand) -> None:
         if transition.tipping_com is None:
-            # The ground has held the feet where they were before the stand.
-            p = self._parameters
-            inward = 0.5 * (p.foot_spacing - self._estimator.feet_apart) if p.feedback else 0.0
+            # The ground holds the feet where they were before the stand, if the motors give way.
+            p, inward = self._parameters, 0.0
+            if p.feedback and self.robot.soft_joint:
+                inward = 0.5 * (p.foot_spacing - self._estimator.feet_apart)
             self._walk.start(command, limited_step(0.0, inward, INWARD_MAX * p.foot_spacing))
         else:
             self._walk.catch(*transition.tipping_com)

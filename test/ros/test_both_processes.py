@@ -225,7 +225,7 @@ def test_signal_ends_both_with_status_0(probe: Probe, number: int):
         ("sim_bridge", ["-p", "plant:=nope"], "parameter plant: .*'nope'; allowed: .*reference"),
         ("sim_bridge", ["-p", "sensor_delay:=-1.0"], "sensor_delay: got -1.0; allowed: .* 0 to 1"),
         ("sim_bridge", ["-p", "robot_seed:=two"], "robot_seed: got 'two'; allowed: a whole number"),
-        ("sim_bridge", ["-p", "engine:=mojoco"], "engine: got 'mojoco'; allowed: .*pybullet"),
+        ("sim_bridge", ["-p", "engine:=mojoco"], "engine: .*; did you mean mujoco.*pybullet"),
     ],
 )
 def test_bad_start_is_one_clear_line_and_status_2(

@@ -102,7 +102,7 @@ def test_limp_legs_by_large_residuals_terminate_with_a_penalty() -> None:
 @pytest.mark.parametrize(
     ("arguments", "field"),
     [({"residual": -0.1}, "residual"), ({"velocity": (0.1,)}, "velocity"),
-     ({"individuals": 0}, "individuals"), ({"robot": "hans"}, "urdf")],
+     ({"individuals": 0}, "individuals"), ({"robot": "hans"}, "robot: got")],
 )  # fmt: skip
 def test_wrong_arguments_are_refused(arguments: dict, field: str) -> None:
     with pytest.raises(NaoGaitError, match=field):
