@@ -9,6 +9,7 @@ import contextlib
 import hashlib
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -29,6 +30,8 @@ AS_PYTHON = (
 OF_CORE = ("geometry.py", "joint_limits.py", "rate_limiter.py", "types.py")
 SHARED = ("config", "launch", "package.xml", "urdf")
 LINES_SHOWN = 15
+NUMBER = re.compile(r"^([A-Z][A-Z_]*) = (-?[\d.]+(?:e-?\d+)?)$", re.MULTILINE)
+"""A constant of a module on a line of its own."""
 
 
 def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = True) -> None:
@@ -61,6 +64,8 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
         for package in PACKAGES:
             ignored = shutil.ignore_patterns("__pycache__")
             shutil.copytree(SOURCE / package, library / package, ignore=ignored)
+        for module in modules:
+            _fix_numbers(library / module)
         _run_mypyc(library, objects, "3" if optimise else "0", modules)
         for name in SHARED:
             (library / name).symlink_to(share(name).resolve())
@@ -68,6 +73,13 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
         folder.parent.mkdir(parents=True, exist_ok=True)
         _put(library, folder)
     say(f"to use this gait, set PYTHONPATH={folder}${{PYTHONPATH:+:$PYTHONPATH}}")
+
+
+def _fix_numbers(module: Path) -> None:
+    """Make a module's numbers final: machine code then holds them instead of looking them up."""
+    source = module.read_text(encoding="utf-8")
+    fixed = NUMBER.sub(r"import typing; \1: typing.Final = \2", source)
+    module.write_text(fixed, encoding="utf-8")
 
 
 def _put(library: Path, folder: Path) -> None:
