@@ -12,7 +12,7 @@ pytest.importorskip("mujoco")
 
 from gait_lab.report.analysis import Analysis, Paths, analyse
 from gait_lab.report.signals import autocorrelation
-from gait_lab.report.verdict import BAD, FAIR, GOOD, findings, number, stretch_table
+from gait_lab.report.verdict import BAD, FAIR, GOOD, NOTE, findings, number, stretch_table
 from nao_lipm_gait.parameters import GaitParameters
 from sim_bridge.trials.metrics import measure
 from sim_bridge.trials.rollout import RolloutSpec, rollout
@@ -121,6 +121,19 @@ def test_timing_is_that_of_the_simulation(analysis: Analysis) -> None:
     assert timing.age == pytest.approx(0.04), "the sensor delay of the plant"
     assert timing.tick.shape[0] >= 5
     assert np.all(timing.tick == 150.0)
+
+
+@pytest.mark.parametrize(("late", "grade"), [(0.0, NOTE), (0.01, BAD)])
+def test_slow_ticks_are_no_fault_where_the_simulation_waits(
+    analysis: Analysis, late: float, grade: str
+) -> None:
+    timing = analysis.timing
+    assert timing is not None
+    slow = dataclasses.replace(timing, tick=timing.tick * 100.0, answer=timing.answer + late)
+    found = findings(dataclasses.replace(analysis, timing=slow))
+    (finding,) = (each for each in found if "longer than a period" in each.text)
+    assert finding.grade == grade
+    assert ("simulation waited" in finding.text) == (grade == NOTE)
 
 
 def test_odometry_is_compared_with_the_truth(analysis: Analysis) -> None:
