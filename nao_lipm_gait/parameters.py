@@ -119,14 +119,10 @@ class GaitParameters(Settings):
         "Time constant for learning a constant error of the walking speed; 0 = off.",
     )
 
-    tilt_stance_time: float = number(
-        4.0, 0.05, 60.0, "s",
-        "Time constant of the correction of the torso's tilt by the flat stance sole.",
-        section="Torso orientation and soles",
-    )
     level_soles: bool = switch(
         True,
         "Learn by how much the soles are not parallel (encoder offsets) and correct both ankles.",
+        section="Soles",
     )
     follow_ground: bool = switch(
         True, "Turn the soles with ground that slopes or steps, and keep the torso upright on it."
@@ -136,26 +132,8 @@ class GaitParameters(Settings):
         0.02, -0.2, 0.2, "s", "k_p from the pitch rate to the pitch of the support ankle.",
         section="Posture",
     )
-    gyro_pitch_rate_gain: float = number(
-        0.0, -0.01, 0.01, "s^2",
-        "k_d from the pitch acceleration to the pitch of the support ankle.",
-    )
     gyro_roll_gain: float = number(
         0.05, -0.2, 0.2, "s", "k_p from the roll rate to the roll of the support ankle."
-    )
-    gyro_roll_rate_gain: float = number(
-        0.0, -0.01, 0.01, "s^2", "k_d from the roll acceleration to the roll of the support ankle."
-    )
-    gyro_hip_share: float = number(
-        0.0, -1.0, 1.0, "", "Share of the gyro corrections that is added to the support hip."
-    )
-    gyro_waist_share: float = number(
-        0.0, -5.0, 5.0, "",
-        "Share of the pitch correction that is added to the waist, on robots that have one.",
-    )
-    gyro_shoulder_share: float = number(
-        0.0, -20.0, 20.0, "",
-        "Share of the gyro corrections that is added to pitch and roll of both shoulders.",
     )
     tilt_pitch_gain: float = number(
         0.8, 0.0, 1.5, "",
@@ -176,6 +154,11 @@ class GaitParameters(Settings):
     get_up: bool = switch(
         False, "Get up automatically after a fall; false = stay relaxed until `~/get_up`."
     )
+
+    @property
+    def stance_time(self) -> float:
+        """[s] Time constant of the correction of the torso's tilt by the flat stance sole."""
+        return 4.0
 
     def __new__(cls, **values: Any) -> "GaitParameters":
         """An instance of the subclass of the walk engine."""
@@ -198,6 +181,9 @@ class GaitParameters(Settings):
                 kind = _of_walk(values.get("walk", _DEFAULT_WALK), where)
             return kind.checked(values, where, partial=partial)
         for key, value in values.items():
+            if key in REMOVED:
+                allowed = "nothing: this parameter was removed, see CHANGELOG.md"
+                raise NaoGaitError(schema.join(where, key), value, allowed)
             if key in BY_NAME and key not in _names(cls):
                 walks = [walk for walk in WALKS if key in _names(_of_walk(walk))]
                 allowed = f"only with walk: {' or '.join(walks)}"
@@ -243,6 +229,12 @@ def _table() -> dict[str, schema.Field]:
 BY_NAME: Mapping[str, schema.Field] = _table()
 """The parameters of all walk engines."""
 PARAMETERS: tuple[schema.Field, ...] = tuple(BY_NAME.values())
+
+REMOVED = frozenset((
+    "gyro_pitch_rate_gain", "gyro_roll_rate_gain", "gyro_hip_share", "gyro_waist_share",
+    "gyro_shoulder_share", "tilt_stance_time",
+))  # fmt: skip
+"""Parameters of earlier versions, for an answer that says so."""
 
 NEEDS_RESET = ("walk", "feedback_delay")
 """Parameters that a gait reads only when it restarts; they cannot change while it walks."""

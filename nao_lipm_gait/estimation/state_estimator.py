@@ -102,7 +102,7 @@ class StateEstimator:
         yaw_gyro: bool,
     ) -> None:
         p = parameters
-        self.orientation = TorsoOrientation(ACCELEROMETER_TIME, p.tilt_stance_time, STANCE_TILT_MAX)
+        self.orientation = TorsoOrientation(ACCELEROMETER_TIME, p.stance_time, STANCE_TILT_MAX)
         self.odometry = Odometry()
         self.com_in_q: Point3 = (0.0, 0.0, 0.0)
         self.acceleration_in_q = (0.0, 0.0)
@@ -140,7 +140,7 @@ class StateEstimator:
     def set_parameters(self, parameters: GaitParameters) -> None:
         """Change the parameters between two ticks."""
         p = self._p = parameters
-        self.orientation.set_stance_time(p.tilt_stance_time)
+        self.orientation.set_stance_time(p.stance_time)
 
     def begin(self, frame: SensorFrame) -> float | None:
         """Initialise the orientation with the first frame; its tilt [rad], None in motion."""

@@ -3,7 +3,8 @@
 The paper applies it to pitch and roll of foot and hip, to the waist pitch, and to pitch and roll of
 the shoulders. In the legs it acts on the supporting one, which moves the whole body. The gains are
 those of the ankle; the other joints use shares of them. A robot without one of these joints does
-without its share.
+without its share. No preset uses k_d or a share: they are arguments here, not
+parameters.
 
 With positive gains, a torso that pitches forward (w_y > 0) presses the toes down and extends the
 hip; a negative gain turns the correction round.
@@ -18,9 +19,27 @@ from robot_core.types import FloatArray, Point3
 
 
 class PostureFeedback:
-    """Corrects the support leg and the upper body by the angular velocity of the torso."""
+    """Corrects the support leg and the upper body by the angular velocity of the torso.
 
-    def __init__(self, robot: RobotDescription):
+    Args:
+        robot: The robot.
+        derivative_time: k_d / k_p [s].
+        hip: Share of the corrections that is added to the support hip.
+        waist: Share of the pitch correction that is added to the waist.
+        shoulder: Share of the corrections that is added to both shoulders.
+    """
+
+    def __init__(
+        self,
+        robot: RobotDescription,
+        *,
+        derivative_time: float = 0.0,
+        hip: float = 0.0,
+        waist: float = 0.0,
+        shoulder: float = 0.0,
+    ) -> None:
+        self._derivative_time = derivative_time
+        self._hip, self._waist_share, self._shoulder = hip, waist, shoulder
         left, right = LegColumns(robot, robot.left_leg), LegColumns(robot, robot.right_leg)
         self._legs = {+1: left, -1: right}
         self._waist = () if robot.waist_pitch is None else (robot.index(robot.waist_pitch),)
@@ -48,33 +67,28 @@ class PostureFeedback:
             parameters: Parameters of the gait.
             dt: Time since the last measurement [s].
         """
-        p = parameters
         if angular_velocity is not None:
-            self._correct(angular_velocity, p, dt)
+            self._correct(angular_velocity, parameters, dt)
         roll, pitch = self._roll, self._pitch
         leg = self._legs[support]
         joints = float_view(position)
         joints[leg.ankle_pitch] += leg.ankle_pitch_sign * pitch
         joints[leg.ankle_roll] += leg.ankle_roll_sign * roll
-        joints[leg.hip_pitch] += leg.hip_pitch_sign * p.gyro_hip_share * pitch
-        joints[leg.hip_roll] += leg.hip_roll_sign * p.gyro_hip_share * roll
-        if p.gyro_waist_share != 0.0:
+        joints[leg.hip_pitch] += leg.hip_pitch_sign * self._hip * pitch
+        joints[leg.hip_roll] += leg.hip_roll_sign * self._hip * roll
+        if self._waist_share != 0.0:
             for waist in self._waist:
-                joints[waist] += self._signs[waist] * p.gyro_waist_share * pitch
-        if p.gyro_shoulder_share != 0.0:
+                joints[waist] += self._signs[waist] * self._waist_share * pitch
+        if self._shoulder != 0.0:
             for shoulder in self._shoulder_pitch:
-                joints[shoulder] += self._signs[shoulder] * p.gyro_shoulder_share * pitch
+                joints[shoulder] += self._signs[shoulder] * self._shoulder * pitch
             for shoulder in self._shoulder_roll:
-                joints[shoulder] += self._signs[shoulder] * p.gyro_shoulder_share * roll
+                joints[shoulder] += self._signs[shoulder] * self._shoulder * roll
 
     def _correct(self, angular_velocity: Point3, parameters: GaitParameters, dt: float) -> None:
         roll_rate, pitch_rate, _ = angular_velocity
         last = self._last or angular_velocity
         self._last = angular_velocity
-        p = parameters
-        self._roll = (
-            p.gyro_roll_gain * roll_rate + p.gyro_roll_rate_gain * (roll_rate - last[0]) / dt
-        )
-        self._pitch = (
-            p.gyro_pitch_gain * pitch_rate + p.gyro_pitch_rate_gain * (pitch_rate - last[1]) / dt
-        )
+        p, ahead = parameters, self._derivative_time / dt
+        self._roll = p.gyro_roll_gain * (roll_rate + ahead * (roll_rate - last[0]))
+        self._pitch = p.gyro_pitch_gain * (pitch_rate + ahead * (pitch_rate - last[1]))

@@ -124,7 +124,7 @@ def test_lost_frames_do_not_change_the_walked_speed(robot: RobotDescription) -> 
 
 def test_lost_frames_do_not_hide_how_the_torso_turned(robot: RobotDescription) -> None:
     def pitch(every: int | None) -> float:
-        nao = ObedientRobot(robot, P.replace(tilt_stance_time=10.0))
+        nao = ObedientRobot(robot)
         for tick in range(340):
             nao.rate = (0.0, 0.3 if tick >= 301 else 0.0, 0.0)
             if every is not None and tick % every == 0 and tick > 0:
@@ -151,7 +151,7 @@ def test_lost_frames_do_not_hide_how_the_torso_turned(robot: RobotDescription) -
 def test_the_gyro_bridges_a_gap(
     robot: RobotDescription, lost: int, before: float, after: float, turned: float
 ) -> None:
-    nao = ObedientRobot(robot, P.replace(tilt_stance_time=10.0))
+    nao = ObedientRobot(robot)
     nao.run(3.0)
     nao.rate = (0.0, before, 0.0)
     nao.tick()

@@ -25,7 +25,7 @@ JUMP = 0.01
 """[s] in which a command changes."""
 START_END = STAND_TIME + 5.0
 """[s since the start] until which a start is watched."""
-GAINS = ("gyro_pitch_gain", "gyro_pitch_rate_gain", "gyro_roll_gain", "gyro_roll_rate_gain")
+GAINS = ("gyro_pitch_gain", "gyro_roll_gain")
 PAPER: Mapping[str, float] = {"start_on": 0.0, "start_off": 65.0, "straight_on": 0.0}
 """Published share of falls [%]: several dozen starts; 5 minutes and more of walking."""
 PAPER_TIME_TO_FALL = 60.0

@@ -122,6 +122,12 @@ class LipmParameters(GaitParameters):
         "the side, beyond what is expected); 0 = off.",
     )
 
+    @property
+    def stance_time(self) -> float:
+        """[s] As for every walk; without extensions the sole counts more. The paper leaves it open.
+        """
+        return super().stance_time if self.extensions else 1.0
+
     def __init__(self, **values: Any) -> None:
         off = EXTENSIONS_OFF if values.get("extensions") is False else {}
         self.__attrs_init__(**{**off, **values})
