@@ -8,13 +8,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene, play_match
 from gait_lab.soccer.replay_page import three_js, write_replay
 from gait_lab.soccer.snapshots import Snapshot
 from gait_lab.terminal import EXIT_OK
 from robot_core.errors import NaoGaitError
+from sim_bridge.trials.progress import Progress
 
 MINUTES = (0.1, 60.0)
 """Shortest and longest half [min]."""
@@ -22,16 +21,16 @@ EYES_MAX = 20
 """Most processes that render and see: there are not more robots."""
 
 
-class Progress(AbstractContextManager["Progress"]):
-    """A progress bar of simulated time, with phase and score."""
+class MatchProgress(AbstractContextManager["MatchProgress"]):
+    """The progress in simulated time, with phase and score."""
 
     def __init__(self) -> None:
-        self._bar: tqdm[None] | None = None
+        self._bar: Progress | None = None
 
     def show(self, frame: Snapshot, total: float) -> None:
         """Show a moment of a match that takes `total` seconds."""
         if self._bar is None:
-            self._bar = tqdm(total=round(total), unit="s", desc="match", disable=None)
+            self._bar = Progress(total=round(total), unit="s", desc="match")
         self._bar.set_postfix_str(
             f"{frame.phase}, red {frame.score[0]} : {frame.score[1]} blue", refresh=False
         )
@@ -91,7 +90,7 @@ def play(
     if vision == "camera" and eyes is None:
         from gait_lab.soccer import ros_match
 
-        with Progress() as progress:
+        with MatchProgress() as progress:
             status, finished = ros_match.run(
                 spec, out, say, progress.show, real_time=real_time, composed=composed
             )
@@ -99,7 +98,7 @@ def play(
             return status
         result = finished
     else:
-        with Progress() as progress:
+        with MatchProgress() as progress:
             result = play_match(
                 spec,
                 lambda frame, referee: progress.show(frame, referee.rules.duration),

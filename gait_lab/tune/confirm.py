@@ -68,10 +68,10 @@ def finals(study: Study, trials: Sequence[FrozenTrial], workers: Workers) -> lis
 
 def _walk(workers: Workers, calls: Sequence[tuple[object, ...]], label: str) -> list[Measures]:
     """The measures of calls with one robot each."""
-    from tqdm import tqdm
+    from sim_bridge.trials.progress import Progress
 
     results = workers.map(walk_robots, calls)
-    with tqdm(results, total=len(calls), desc=label, disable=None, leave=False) as bar:
+    with Progress(results, total=len(calls), desc=label) as bar:
         return [measures for (measures,) in bar]
 
 

@@ -144,13 +144,11 @@ def _try_places(study: Study, confirming: bool) -> None:
 def _search(
     study: Study, kept: Kept, workers: Workers, method: str, seed: int, helping: bool = False
 ) -> list[FrozenTrial]:
-    from tqdm import tqdm
+    from sim_bridge.trials.progress import Progress
 
     done = kept.complete()
     best = max((trial.value or 0.0 for trial in done), default=float("-inf"))
-    with tqdm(
-        total=study.file.trials, initial=len(done), desc=study.name, disable=None, leave=False
-    ) as bar:
+    with Progress(total=study.file.trials, initial=len(done), desc=study.name) as bar:
 
         def note(number: int, score: float) -> None:
             nonlocal best

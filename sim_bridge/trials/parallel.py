@@ -31,7 +31,7 @@ def parallel_map(
     note: Callable[[Any], str] | None = None,
     kept: ResultCache | None = None,
 ) -> list[Any]:
-    """Call `function` with every item, over all cores, with a progress bar.
+    """Call `function` with every item, over all cores, with its progress on stderr.
 
     joblib runs it: on a cluster, another joblib backend takes the same call.
 
@@ -39,16 +39,17 @@ def parallel_map(
         function: Picklable.
         items: Its arguments.
         jobs: Number of processes; None for all cores.
-        label: Label of the progress bar.
-        show: Show the progress bar on a terminal.
-        note: A short text about a result, for the progress bar.
+        label: Label of the progress.
+        show: Show the progress.
+        note: A short text about a result, for the progress.
         kept: File of finished results: what is in it is not run again, others are added.
 
     Returns:
         The results in the order of the items.
     """
     from joblib import Parallel, delayed
-    from tqdm import tqdm
+
+    from sim_bridge.trials.progress import Progress
 
     items = list(items)
     results = [kept.result(item) if kept else None for item in items]
@@ -62,9 +63,7 @@ def parallel_map(
         parallel = Parallel(n_jobs=processes, return_as="generator")
         done = parallel(delayed(function)(items[place]) for place in open_items)
     finished = len(items) - len(open_items)
-    with tqdm(
-        total=len(items), initial=finished, desc=label, disable=None if show else True, leave=False
-    ) as bar:
+    with Progress(total=len(items), initial=finished, desc=label, show=show) as bar:
         for place, result in zip(open_items, done, strict=True):
             results[place] = result
             if kept is not None:

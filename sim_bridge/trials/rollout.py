@@ -141,7 +141,7 @@ def run_all(
     show: bool = True,
     label: str = "rollouts",
 ) -> list[RolloutResult]:
-    """All rollouts with a progress bar; see `parallel_map`."""
+    """All rollouts with their progress; see `parallel_map`."""
     return parallel_map(rollout, specs, jobs=jobs, label=label, show=show, note=_note)
 
 

@@ -4,8 +4,6 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from tqdm import tqdm
-
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
@@ -18,6 +16,7 @@ from gait_lab.faults.scopes import SCOPES, Scope
 from nao_lipm_gait.presets import DEFAULT, preset_for
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
+from sim_bridge.trials.progress import Progress
 
 _EVIDENCE = 20
 """Violations that are listed one by one."""
@@ -216,9 +215,7 @@ def soak_suite(options: Options) -> Iterator[Row | str]:
     """Memory and objects at the beginning and at the end of a walk of random commands."""
     samples = []
     run, interval = fault_run(options, "none", options.seed), min(10.0, 6.0 * options.minutes)
-    with tqdm(
-        total=options.minutes * 60.0, unit="s", disable=None if options.show else True, leave=False
-    ) as bar:
+    with Progress(total=options.minutes * 60.0, unit="s", show=options.show) as bar:
         for sample in soak(run, options.minutes, interval):
             samples.append(sample)
             bar.update(sample.seconds - bar.n)

@@ -124,8 +124,7 @@ class LipmParameters(GaitParameters):
 
     @property
     def stance_time(self) -> float:
-        """[s] As for every walk; without extensions the sole counts more. The paper leaves it open.
-        """
+        """[s] As for every walk; without extensions the sole counts more (open in the paper)."""
         return super().stance_time if self.extensions else 1.0
 
     def __init__(self, **values: Any) -> None:
