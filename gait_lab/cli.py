@@ -295,6 +295,8 @@ COMMANDS = {
                     _VIEW),
     "teach": Command("teach the robot a motion by hand, or play one", parts=_TEACH),
     "teleop": Command("drive the robot from the keyboard", "gait_lab.drive.teleop:run", (
+        argument("--velocity", type=float, nargs=3, metavar=("X", "Y", "TURN"),
+                 help="without keys: this velocity [m/s, m/s, rad/s] until Ctrl-C"),
         _NAMESPACE, _STAMPED,
         argument("--use-sim-time", action="store_true", help="stamp with /clock"),
     )),

@@ -1,4 +1,7 @@
-"""Drive the robot from the keyboard: keys become `cmd_vel`; the state of the gait is shown."""
+"""Drive the robot from the keyboard: keys become `cmd_vel`; the state of the gait is shown.
+
+Or without keys, with one velocity.
+"""
 
 import math
 import os
@@ -7,7 +10,7 @@ import select
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -94,7 +97,7 @@ def raw_terminal(stream: TextIO) -> Iterator[int]:
         NaoGaitError: If the stream is not a terminal.
     """
     if not stream.isatty():
-        raise NaoGaitError("standard input", "no terminal", "a terminal, to read keys from")
+        raise NaoGaitError("standard input", "no terminal", "a terminal with keys, or --velocity")
     import termios
     import tty
 
@@ -156,19 +159,39 @@ class _RobotClient:
         self.state = message.data
 
 
-def run(namespace: str, stamped: bool, use_sim_time: bool, say: Callable[[str], None]) -> None:
-    """Drive until x or Ctrl-C; then the robot is commanded to stop."""
+def run(
+    velocity: tuple[float, float, float] | None,
+    namespace: str,
+    stamped: bool,
+    use_sim_time: bool,
+    say: Callable[[str], None],
+) -> None:
+    """Drive by keys, or with a velocity, until x or Ctrl-C; then the robot is commanded to stop."""
+    if velocity is not None and not all(map(math.isfinite, velocity)):
+        raise NaoGaitError("--velocity", velocity, "three finite numbers")
     with (
-        raw_terminal(sys.stdin) as descriptor,
+        nullcontext(-1) if velocity is not None else raw_terminal(sys.stdin) as descriptor,
         ros_node("nao_gait_teleop", namespace, use_sim_time) as node,
         stop_on_signal() as stop,
     ):
         robot = _RobotClient(node, stamped=stamped)
         try:
-            say(HELP)
-            _drive(node, robot, descriptor, stop)
+            if velocity is not None:
+                hold(VelocityCommand(*velocity), robot.velocity.publish, stop)
+            else:
+                say(HELP)
+                _drive(node, robot, descriptor, stop)
         finally:
             robot.velocity.stop()
+
+
+def hold(
+    command: VelocityCommand, publish: Callable[[VelocityCommand], None], stop: StopRequest
+) -> None:
+    """Publish a command again and again, because the gait forgets an old one."""
+    while not stop:
+        publish(command)
+        time.sleep(PERIOD)
 
 
 def _drive(node: "Node", robot: _RobotClient, descriptor: int, stop: StopRequest) -> None:

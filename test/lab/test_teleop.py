@@ -11,6 +11,7 @@ from gait_lab.drive import teleop
 from gait_lab.drive.teleop import Driver, raw_terminal, read_keys, status_line
 from gait_lab.ros_session import checked_namespace, checked_topics
 from robot_core.errors import NaoGaitError
+from robot_core.ros.process import StopRequest
 from robot_core.types import STANDSTILL, VelocityCommand
 
 termios = pytest.importorskip("termios")
@@ -115,6 +116,20 @@ def test_an_input_that_is_not_a_terminal_is_refused(tmp_path: object) -> None:
         raw_terminal(stream),
     ):
         pass
+
+
+def test_a_velocity_is_sent_again_until_it_shall_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(teleop, "PERIOD", 0.0)
+    sent: list[VelocityCommand] = []
+    stop = StopRequest()
+
+    def publish(command: VelocityCommand) -> None:
+        sent.append(command)
+        if len(sent) == 3:
+            stop.request()
+
+    teleop.hold(VelocityCommand(0.2, -0.1, 0.5), publish, stop)
+    assert sent == [VelocityCommand(0.2, -0.1, 0.5)] * 3
 
 
 @pytest.mark.parametrize("key", "wsadqe")
