@@ -145,31 +145,29 @@ def _draw(robot: RobotDescription, stand: StandRange, path: Path) -> Path:
     places = [data.oMf[model.getFrameId(n, pin.FrameType.BODY)] for n in shapes.links]
     points = np.array([places[k].act(v) for v, k in zip(shapes.vertex, shapes.link, strict=True)])
     figure, axes = plt.subplots(1, 2, figsize=(9, 6), sharey=True)
-    for axis, (across, title) in zip(axes, ((1, "front"), (0, "left")), strict=True):
-        flip = 1.0 if across == 1 else -1.0  # seen from the left, the robot looks to the left
+    views = (1, "front", "y [m], its left \u2192"), (0, "left", "\u2190 forward, x [m]")
+    for axis, (across, view, label) in zip(axes, views, strict=True):
         if len(points):
             depth = points[shapes.triangle].mean(axis=1)[:, 1 - across]
             for triangle in np.argsort(depth):  # the nearest last
                 corners = points[shapes.triangle[triangle]]
-                axis.fill(
-                    flip * corners[:, across], corners[:, 2] - ground,
-                    color=shapes.color[triangle], linewidth=0.0,
-                )  # fmt: skip
+                color = shapes.color[triangle]
+                axis.fill(corners[:, across], corners[:, 2] - ground, color=color, linewidth=0.0)
         for name in robot.joint_names:
             index = model.getJointId(name)
             bone = np.array([data.oMi[i].translation for i in (model.parents[index], index)])
-            axis.plot(
-                flip * bone[:, across], bone[:, 2] - ground, ".-", color=INK, linewidth=0.6,
-                markersize=4,
-            )  # fmt: skip
+            above = bone[:, 2] - ground
+            axis.plot(bone[:, across], above, ".-", color=INK, linewidth=0.6, markersize=4)
         for sole, side in zip(soles, (LEFT, RIGHT), strict=True):
             corners = [np.array((x, side * y, 0.0)) for x, y in robot.sole_outline]
             outline = np.array([sole.act(corner) for corner in corners])
-            axis.plot(flip * outline[:, across], outline[:, 2] - ground, color=BLUE, linewidth=2)
-        axis.plot(flip * com[across], com[2] - ground, "o", color=RED)
+            axis.plot(outline[:, across], outline[:, 2] - ground, color=BLUE, linewidth=2)
+        axis.plot(com[across], com[2] - ground, "o", color=RED)
         for height in (stand.low, stand.high):
             axis.axhline(height, color=RED, linewidth=0.6, linestyle="--")
-        axis.set(title=title, xlabel="m", aspect="equal")
+        axis.set(title=f"seen from the {view}", xlabel=label, aspect="equal")
+    axes[0].set_ylabel("height [m]")
+    axes[1].invert_xaxis()
     figure.suptitle(f"{robot.name}: joints, soles (blue), CoM and where it can be (red)")
     path.parent.mkdir(parents=True, exist_ok=True)
     return save(figure, path)
