@@ -26,23 +26,18 @@ class LogLine(NamedTuple):
     text: str
 
 
-class _Episode:
-    """Messages of one key since they began."""
+class _Burst:
+    """Messages of one key without a pause."""
 
-    __slots__ = ("begun", "count", "first", "held_back", "last", "shown", "until", "wait")
+    __slots__ = ("count", "first", "held_back", "last", "number", "shown", "until", "wait")
 
-    def __init__(self, now: float, wait: float) -> None:
+    def __init__(self, now: float, wait: float, number: int) -> None:
         self.first = self.last = now
         self.wait = wait
         self.until = now + wait
-        self.count = self.shown = self.begun = 1
+        self.count = self.shown = 1
+        self.number = number
         self.held_back = 0
-
-    def begin_again(self, now: float, wait: float) -> None:
-        """Wait as after the first message; what was held back is still to be counted."""
-        self.wait, self.until = wait, now + wait
-        self.shown = 1
-        self.begun += 1
 
 
 class Throttle:
@@ -58,7 +53,7 @@ class Throttle:
     """[s] without a message, after which a key's messages have ended."""
     FORGET = 300.0
     """[s] without a message, after which all about the key is forgotten."""
-    BEGINNINGS = 6
+    BURSTS = 6
     """Bursts shown from their first message on before all is forgotten. A user who tries again sees
     each; of what comes back every few seconds for hours so many more lines are shown, not more."""
     MANY = 5
@@ -66,7 +61,7 @@ class Throttle:
 
     def __init__(self, period: float = 2.0) -> None:
         self._period = period
-        self._episodes: dict[str, _Episode] = {}
+        self._bursts: dict[str, _Burst] = {}
 
     def allow(self, key: str, now: float, burst: int = 1) -> int | None:
         """Decide at `now` [s] whether a message goes into the log.
@@ -79,31 +74,29 @@ class Throttle:
         Returns:
             None to hold it back; else how many of this key were held back since the last one.
         """
-        episode = self._episodes.get(key)
-        if episode is None or now - episode.last > self.FORGET:
-            if len(self._episodes) >= _KEYS_MAX:
-                self._episodes.clear()  # keys come from outside: never grow without bound
-            self._episodes[key] = _Episode(now, self._period)
+        found = self._bursts.get(key)
+        if found is None or now - found.last > self.FORGET:
+            if len(self._bursts) >= _KEYS_MAX:
+                self._bursts.clear()  # keys come from outside: never grow without bound
+            self._bursts[key] = _Burst(now, self._period, 1)
             return 0
-        quiet = now - episode.last > self.QUIET
-        if quiet or not episode.count:
-            episode.first = now
-            episode.count = 0
-        episode.last = now
-        episode.count += 1
-        if quiet and episode.begun < self.BEGINNINGS:
-            episode.begin_again(now, self._period)
-            held_back, episode.held_back = episode.held_back, 0
+        held_back, quiet = found.held_back, now - found.last > self.QUIET
+        if quiet and found.number < self.BURSTS:
+            self._bursts[key] = _Burst(now, self._period, found.number + 1)
             return held_back
-        if now < episode.until:
-            if episode.shown < burst:
-                episode.shown += 1
+        if quiet or not found.count:
+            found.first, found.count = now, 0
+        found.last = now
+        found.count += 1
+        if now < found.until:
+            if found.shown < burst:
+                found.shown += 1
                 return 0
-            episode.held_back += 1
+            found.held_back += 1
             return None
-        held_back, episode.held_back = episode.held_back, 0
-        episode.wait = min(self.GROWTH * episode.wait, self.LONGEST)
-        episode.until = now + episode.wait
+        found.held_back = 0
+        found.wait = min(self.GROWTH * found.wait, self.LONGEST)
+        found.until = now + found.wait
         return held_back
 
     def ended(self, now: float) -> list[tuple[str, int, float]]:
@@ -113,12 +106,12 @@ class Throttle:
             Key, number of messages, and time from the first to the last [s].
         """
         found = []
-        for key, episode in self._episodes.items():
-            if episode.count and now - episode.last > self.QUIET:
-                if min(episode.count, episode.held_back) >= self.MANY:
-                    found.append((key, episode.count, episode.last - episode.first))
-                    episode.held_back = 0
-                episode.count = 0
+        for key, each in self._bursts.items():
+            if each.count and now - each.last > self.QUIET:
+                if min(each.count, each.held_back) >= self.MANY:
+                    found.append((key, each.count, each.last - each.first))
+                    each.held_back = 0
+                each.count = 0
         return found
 
 
