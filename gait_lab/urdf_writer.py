@@ -196,7 +196,7 @@ def urdf_text(name: str) -> str:
         NaoGaitError: There is no such model.
     """
     if name not in MODELS:
-        raise NaoGaitError("model", name, f"one of {', '.join(MODELS)}")
+        raise NaoGaitError("model", name, MODELS)
     source, variant = MODELS[name]
     facts = load_facts(share("urdf", source))
     robot = ET.Element("robot", name=name)

@@ -241,8 +241,7 @@ def command_stream() -> msgpack.Unpacker:
 def _check_actuator(key: Any, value: Any) -> None:
     count = _ACTUATORS.get(key) if isinstance(key, str) else None
     if count is None:
-        allowed = f"one of {', '.join(_ACTUATORS)}"
-        raise NaoGaitError("LoLA command key", str(key)[:40], allowed)
+        raise NaoGaitError("LoLA command key", str(key)[:40], _ACTUATORS)
     if key != "Sonar":
         _check_reals(f"LoLA {key}", value, count)
     elif not (

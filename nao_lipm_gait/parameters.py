@@ -209,7 +209,7 @@ _DEFAULT_WALK = next(iter(WALKS))
 def _of_walk(walk: object, where: str = "") -> type[GaitParameters]:
     """The parameters of a walk engine; NaoGaitError if there is no such engine."""
     if not isinstance(walk, str) or walk not in WALKS:
-        raise NaoGaitError(schema.join(where, "walk"), walk, f"one of {', '.join(WALKS)}")
+        raise NaoGaitError(schema.join(where, "walk"), walk, WALKS)
     kind: type[GaitParameters] = load_class(WALKS[walk].parameters)
     return kind
 

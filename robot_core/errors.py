@@ -5,7 +5,7 @@ import math
 import os
 import re
 import traceback
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import chain
 from reprlib import Repr
 from typing import Any, TypeGuard
@@ -32,7 +32,9 @@ class NaoGaitError(ValueError):
     Args:
         field: Name of the field.
         value: Value of the field.
-        allowed: What would have been accepted.
+        allowed: What would have been accepted, or the names that would have been.
+        names: Such names, where `allowed` says more. "Did you mean" asks for the one that the value
+            up to its "=", or the last key of the field, resembles.
 
     Attributes:
         field: Name of the field.
@@ -40,35 +42,32 @@ class NaoGaitError(ValueError):
         allowed: What would have been accepted.
     """
 
-    def __init__(self, field: str, value: object, allowed: str) -> None:
+    def __init__(
+        self, field: str, value: object, allowed: str | Iterable[str], names: Iterable[str] = ()
+    ) -> None:
+        if not isinstance(allowed, str):
+            names = tuple(allowed)
+            allowed = f"one of {', '.join(names)}"
         self.field = field
         self.value = value
         self.allowed = allowed
-        near = _nearest(field, value, allowed)
-        meant = f" did you mean {_clipped(near)}?" if near else ""
+        self._near = near = _nearest(field, value, tuple(names))
+        meant = f" did you mean {_clipped(near[0])}?" if near else ""
         allowed = _clipped(allowed, LONGEST_ALLOWED)
         super().__init__(f"{_clipped(field)}: got {_shown(value)};{meant} allowed: {allowed}")
 
-    def __reduce__(self) -> tuple[type, tuple[str, object, str]]:
-        """Pickle all three fields, so that the error can cross a process boundary."""
-        return type(self), (self.field, self.value, self.allowed)
+    def __reduce__(self) -> tuple[type, tuple[str, object, str, list[str]]]:
+        """Pickle all fields, so that the error can cross a process boundary."""
+        return type(self), (self.field, self.value, self.allowed, self._near)
 
 
-def _nearest(field: str, value: object, allowed: str) -> str | None:
-    """The one of the allowed names that an unknown name resembles; None if none does.
-
-    The unknown name is the value up to its "=", or the last key of the field if keys are listed.
-    """
-    listed = re.search(r"\b(?:one of|a shipped name) (the keys )?(.*)", allowed)
-    if listed is None:
-        return None
-    word = re.split(r"[.:\s]", field)[-1] if listed[1] else value
-    if not isinstance(word, str) or len(word) > LONGEST_NAME:
-        return None
-    names = re.findall(r"[^\s,;()]+", listed[2])
-    word = word.partition("=")[0]
-    near = difflib.get_close_matches(word, names, 1, RESEMBLES)
-    return near[0] if near and near[0] != word else None
+def _nearest(field: str, value: object, names: tuple[str, ...]) -> list[str]:
+    """The one of the names that an unknown name resembles, if one does."""
+    key = re.split(r"[.:\s]", field)[-1]
+    words = (value.partition("=")[0], key) if isinstance(value, str) else (key,)
+    unknown = (word for word in words if word not in names and len(word) <= LONGEST_NAME)
+    found = (difflib.get_close_matches(word, names, 1, RESEMBLES) for word in unknown)
+    return next(filter(None, found), [])
 
 
 def _shown(value: object) -> str:

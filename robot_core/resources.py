@@ -91,7 +91,7 @@ def names(kind: str) -> tuple[str, ...]:
         NaoGaitError: There is no such kind.
     """
     if kind not in _KINDS:
-        raise NaoGaitError("kind of resource", kind, f"one of {', '.join(_KINDS)}")
+        raise NaoGaitError("kind of resource", kind, _KINDS)
     folder, suffixes = _KINDS[kind]
     found = _root().joinpath(*folder).glob(f"*{suffixes[0]}")
     return tuple(sorted(path.stem for path in found))
@@ -115,12 +115,12 @@ def find(kind: str, name_or_path: str | Path) -> Path:
         path = Path(text).expanduser()
         is_file = bool(text) and path.is_file()
     except (OSError, ValueError, RuntimeError) as error:  # null bytes, names too long, no home
-        raise NaoGaitError(field, text, allowed) from error
+        raise NaoGaitError(field, text, allowed, shipped) from error
     if is_file:
         return path
     if looks_like_path:
         raise NaoGaitError(f"{field} file", text, f"a file that exists; or {allowed}")
-    raise NaoGaitError(field, text, allowed)
+    raise NaoGaitError(field, text, allowed, shipped)
 
 
 def read_layers(
@@ -158,7 +158,7 @@ def read_layers(
             allowed = f"a {what} beside it (YAML)"
             if shipped:
                 allowed = f"one of {', '.join(shipped)}; or {allowed}"
-            raise NaoGaitError(where, base, allowed)
+            raise NaoGaitError(where, base, allowed, shipped)
     if found.resolve() in (*above, path.resolve()):
         raise NaoGaitError(where, base, f"a {what} that is not based on this one")
     return (*read_layers(found, what, kind, (*above, path.resolve())), (path, values))

@@ -116,7 +116,7 @@ class Choice(Kind):
         """Return one of the choices."""
         if isinstance(value, str) and value in self.choices:
             return self.result(value)
-        raise NaoGaitError(where, value, self.allowed)
+        raise NaoGaitError(where, value, self.choices)
 
 
 @attrs.frozen
@@ -390,12 +390,13 @@ class Settings:
             NaoGaitError: As `from_mapping`.
         """
         known = {field.name: field for field in fields(cls)}
-        names = ", ".join(known)
         if not isinstance(values, Mapping):
-            raise NaoGaitError(where.rstrip(": ") or cls.__name__, values, f"a mapping of {names}")
+            allowed = f"a mapping of {', '.join(known)}"
+            raise NaoGaitError(where.rstrip(": ") or cls.__name__, values, allowed)
         for key, value in values.items():
             if key not in known:
-                raise NaoGaitError(join(where, str(key)), value, f"one of the keys {names}")
+                allowed = f"one of the keys {', '.join(known)}"
+                raise NaoGaitError(join(where, str(key)), value, allowed, known)
         checked = {}
         for name, field in known.items():
             path = join(where, name)

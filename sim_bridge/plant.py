@@ -327,8 +327,8 @@ def load_plant(name_or_path: str) -> Plant:
         for section, options in values.items():
             where = f"{layer}: {section}"
             if section not in _SECTIONS:
-                keys = f"the keys base, {', '.join(_SECTIONS)}"
-                raise NaoGaitError(where, options, f"one of {keys}")
+                allowed = f"one of the keys base, {', '.join(_SECTIONS)}"
+                raise NaoGaitError(where, options, allowed, _SECTIONS)
             own = _SECTIONS[section].checked(options, where, partial=True)
             sections[section] = {**sections.get(section, {}), **own}
         if below and "friction" in values.get("contact", ()):
@@ -406,5 +406,5 @@ def _option(name: str) -> schema.Field:
     """The field of `section.option`."""
     option = _OPTIONS.get(name)
     if option is None:
-        raise NaoGaitError("plant option", name, f"one of {', '.join(_OPTIONS)}")
+        raise NaoGaitError("plant option", name, _OPTIONS)
     return option

@@ -79,7 +79,7 @@ class BagWriter(AbstractContextManager["BagWriter"]):
 
     def __init__(self, path: Path, storage: str = "mcap") -> None:
         if storage not in STORAGES:
-            raise NaoGaitError("storage", storage, f"one of {', '.join(STORAGES)}")
+            raise NaoGaitError("storage", storage, STORAGES)
         self.path = path
         self._connections: dict[str, Connection] = {}
         self._counts: dict[str, int] = {}

@@ -297,6 +297,7 @@ def with_settings(parameters: GaitParameters, settings: Iterable[str]) -> GaitPa
     for setting in settings:
         name, equals, text = setting.partition("=")
         if name not in BY_NAME or not equals:
-            raise NaoGaitError("set", setting, f"name=value, name one of {', '.join(BY_NAME)}")
+            allowed = f"name=value, name one of {', '.join(BY_NAME)}"
+            raise NaoGaitError("set", setting, allowed, BY_NAME)
         changes[name] = BY_NAME[name].check(value_of(text))
     return parameters.replace(**changes)

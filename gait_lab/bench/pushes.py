@@ -167,7 +167,7 @@ def directions_of(names: Sequence[str]) -> tuple[str, ...]:
     """These directions, once each, or all eight if none is named; raises NaoGaitError."""
     for name in names:
         if name not in DIRECTIONS:
-            raise NaoGaitError("direction", name, f"one of {', '.join(DIRECTIONS)}")
+            raise NaoGaitError("direction", name, DIRECTIONS)
     return tuple(dict.fromkeys(names or DIRECTIONS))
 
 

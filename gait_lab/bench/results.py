@@ -183,7 +183,7 @@ class ResultsOptions:
         known = results_plan().sections
         for name in self.only:
             if name not in known:
-                raise NaoGaitError("only", name, f"one of {', '.join(known)}")
+                raise NaoGaitError("only", name, known)
         if "peers" in self.only and self.placo_python is None:
             raise NaoGaitError(
                 "placo-python", "", "a Python with placo (required by the section peers)"

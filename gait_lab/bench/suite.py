@@ -121,7 +121,7 @@ def suites() -> Mapping[str, Suite]:
 def find_suite(name: str) -> Suite:
     """The suite of a name; raises NaoGaitError if there is none."""
     if name not in suites():
-        raise NaoGaitError("suite", name, f"one of {', '.join(suites())}, all")
+        raise NaoGaitError("suite", name, (*suites(), "all"))
     return suites()[name]
 
 

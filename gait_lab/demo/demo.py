@@ -60,7 +60,7 @@ class DemoOptions:
 
     def __post_init__(self) -> None:
         if self.tour not in TOURS:
-            raise NaoGaitError("tour", self.tour, f"one of {', '.join(TOURS)}")
+            raise NaoGaitError("tour", self.tour, TOURS)
         for kind, name in (("urdf", self.urdf), ("gait", self.preset), ("plants", self.plant)):
             find(kind, name)  # refused here rather than by a node that has been started
 

@@ -326,4 +326,4 @@ def _posture(name: str, text: str) -> Posture:
         return Posture(text)
     except ValueError:
         allowed: Sequence[str] = [posture.value for posture in Posture]
-        raise NaoGaitError(name, text, f"one of {', '.join(allowed)}") from None
+        raise NaoGaitError(name, text, allowed) from None

@@ -106,8 +106,7 @@ def load_policy(path: str | Path, robot: RobotDescription) -> tuple[Policy, Path
     for key, names in named.items():
         for name in names:
             if name not in robot.joint_names:
-                allowed = f"one of {', '.join(robot.joint_names)}"
-                raise NaoGaitError(f"{where}: {key}", name, allowed)
+                raise NaoGaitError(f"{where}: {key}", name, robot.joint_names)
     for part in policy.gains:
         if not any(part in joint for joint in robot.joint_names):
             raise NaoGaitError(f"{where}: gains", part, f"part of a joint's name of {robot.name}")

@@ -294,5 +294,5 @@ def find_protocol(name: Any) -> Protocol:
     """Return a protocol by its name; NaoGaitError for an unknown one."""
     protocol = PROTOCOLS.get(name) if isinstance(name, str) else None
     if protocol is None:
-        raise NaoGaitError("study.protocol.name", name, f"one of {', '.join(PROTOCOLS)}")
+        raise NaoGaitError("study.protocol.name", name, PROTOCOLS)
     return protocol

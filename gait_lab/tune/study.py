@@ -209,8 +209,7 @@ def parse_study(values: Any, name: str = "study") -> Study:
     options = protocol.options.from_mapping(given, "study.protocol")
     for measure, weight in file.objective.items():
         if measure not in protocol.measures:
-            allowed = f"one of {', '.join(protocol.measures)}"
-            raise NaoGaitError(f"study.objective.{measure}", weight, allowed)
+            raise NaoGaitError(f"study.objective.{measure}", weight, protocol.measures)
     if not any(file.objective.values()):
         raise NaoGaitError("study.objective", file.objective, "a weight for at least one measure")
     if bool(file.finals.candidates) != bool(file.finals.robots):
@@ -239,8 +238,9 @@ def _check_range(name: str, ends: tuple[float, float]) -> None:
     where = f"study.parameters.{name}"
     parameter = BY_NAME.get(name)
     if parameter is None or not isinstance(parameter.kind, Number):
-        numbers = ", ".join(each for each, known in BY_NAME.items() if known.is_number)
-        raise NaoGaitError(where, list(ends), f"one of the parameters {numbers}")
+        numbers = [each for each, known in BY_NAME.items() if known.is_number]
+        allowed = f"one of the parameters {', '.join(numbers)}"
+        raise NaoGaitError(where, list(ends), allowed, numbers)
     Interval(parameter.kind, strict=True).check(where, ends)
 
 

@@ -149,7 +149,7 @@ def calibrate_colors(
 def _check_sample(sample: Sample, images: Sequence[Image]) -> None:
     where = f"sample {sample.name}"
     if sample.name not in CLASSES:
-        raise NaoGaitError("sample", sample.name, f"one of {', '.join(CLASSES)}")
+        raise NaoGaitError("sample", sample.name, CLASSES)
     if not 0 <= sample.image < len(images):
         raise NaoGaitError(where, f"image {sample.image}", f"0 to {len(images) - 1}")
     height, width = images[sample.image].shape[:2]

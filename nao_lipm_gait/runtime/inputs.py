@@ -165,7 +165,7 @@ def head_point(topic: str, point: Point3, frame_id: str, robot: RobotDescription
         Frame.ODOM.value: Frame.ODOM,
     }
     if frame_id not in frames:
-        raise NaoGaitError(f"{topic} header.frame_id", frame_id, f"one of {', '.join(frames)}")
+        raise NaoGaitError(f"{topic} header.frame_id", frame_id, frames)
     return LookAt((x, y, z), frames[frame_id])
 
 
@@ -198,5 +198,5 @@ def head_mode(text: str) -> Goal | None:
         NaoGaitError: For another text.
     """
     if text not in HEAD_MODES:
-        raise NaoGaitError("~/head_mode", text, f"one of {', '.join(HEAD_MODES)}")
+        raise NaoGaitError("~/head_mode", text, HEAD_MODES)
     return Search() if text == "search" else None

@@ -265,7 +265,7 @@ def make_walk(
         NaoGaitError: There is no such engine, or it has no CoM observer.
     """
     if parameters.walk not in WALKS:
-        raise NaoGaitError("walk", parameters.walk, f"one of {', '.join(WALKS)}")
+        raise NaoGaitError("walk", parameters.walk, WALKS)
     if make_observer is not None and parameters.walk != "lipm":
         raise NaoGaitError("make_observer", parameters.walk, "an observer only with walk: lipm")
     given = () if make_observer is None else (make_observer,)

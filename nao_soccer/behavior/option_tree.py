@@ -122,8 +122,7 @@ class Option(Generic[S, A]):
         for state in states:
             for transition in state.to:
                 if transition.target not in self.states:
-                    allowed = f"one of {', '.join(self.states)}"
-                    raise NaoGaitError(f"{where}: {state.name} to", transition.target, allowed)
+                    raise NaoGaitError(f"{where}: {state.name} to", transition.target, self.states)
             others = [each.target for each in state.to if each.target != state.name]
             if len(states) > 1 and not others:
                 allowed = "a transition to another state"

@@ -213,7 +213,7 @@ class VisionController:
 def pixels_of(where: str, image: ImageInput) -> Image:
     """The pixels (height, width, 3); NaoGaitError if the message on a topic contradicts itself."""
     if image.encoding not in ENCODINGS:
-        raise NaoGaitError(f"{where} encoding", image.encoding, f"one of {', '.join(ENCODINGS)}")
+        raise NaoGaitError(f"{where} encoding", image.encoding, ENCODINGS)
     if image.step < 3 * image.width:
         raise NaoGaitError(f"{where} step", image.step, f"at least {3 * image.width} bytes")
     size = image.step * image.height

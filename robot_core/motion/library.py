@@ -35,8 +35,7 @@ class MotionLibrary:
         """The motion of a name; NaoGaitError lists the known names."""
         motion = self._motions.get(name)
         if motion is None:
-            names = ", ".join(sorted(self._motions)) or "none for this robot"
-            raise NaoGaitError("motion", name, f"one of {names}")
+            raise NaoGaitError("motion", name, sorted(self._motions) or "none for this robot")
         return motion
 
     def between(self, starts: Posture, ends: Posture) -> Motion | None:

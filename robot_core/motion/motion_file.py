@@ -147,7 +147,7 @@ class _Builder:
         for number_, entry in enumerate(file.keyframes, start=1):
             where = f"{self._where}keyframes[{number_}]"
             if entry.pose not in poses:
-                raise NaoGaitError(f"{where}.pose", entry.pose, f"one of {', '.join(poses)}")
+                raise NaoGaitError(f"{where}.pose", entry.pose, poses)
             named = poses[entry.pose]
             if named is None:
                 position = np.full(count, np.nan)
@@ -212,7 +212,8 @@ class _Builder:
         changes = []
         for name, share in shares.items():
             if name not in groups and name not in self._robot.joint_names:
-                raise NaoGaitError(where, name, f"a joint or one of {', '.join(groups)}")
+                allowed = f"a joint or one of {', '.join(groups)}"
+                raise NaoGaitError(where, name, allowed, (*groups, *self._robot.joint_names))
             changes.append((groups.get(name) or [self._robot.index(name)], share))
         # Large groups first, so that a joint or a smaller group overrides them.
         for joints, share in sorted(changes, key=lambda each: -len(each[0])):

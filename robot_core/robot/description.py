@@ -213,7 +213,7 @@ class RobotDescription:
         try:
             return self.joint_names.index(joint)
         except ValueError:
-            raise NaoGaitError("joint", joint, f"one of {', '.join(self.joint_names)}") from None
+            raise NaoGaitError("joint", joint, self.joint_names) from None
 
 
 def read_only(values: Iterable[float]) -> FloatArray:

@@ -125,7 +125,8 @@ def checked_robot_file(values: dict[str, Any], path: Path) -> RobotFile:
     file = RobotFile.from_mapping(values, where)
     for key, joint in _joint_references(file):
         if joint not in file.joints:
-            raise NaoGaitError(f"{where}{key}", joint, f"one of joints: {', '.join(file.joints)}")
+            allowed = f"one of joints: {', '.join(file.joints)}"
+            raise NaoGaitError(f"{where}{key}", joint, allowed, file.joints)
     used = [joint for entry in file.motors for joint in entry.joints]
     for joint in used:
         if used.count(joint) > 1:

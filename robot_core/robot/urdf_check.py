@@ -128,7 +128,7 @@ def _check_tree(root: ET.Element, path: Path) -> None:
 def _check_joint(joint: ET.Element, path: Path) -> None:
     where, kind = f"joint {joint.get('name')} in {path}", joint.get("type", "")
     if kind not in JOINT_TYPES:
-        raise NaoGaitError(f"{where}: type", kind, f"one of {', '.join(JOINT_TYPES)}")
+        raise NaoGaitError(f"{where}: type", kind, JOINT_TYPES)
     _read_origin(joint, where)
     axis = joint.find("axis")
     if axis is not None and kind in AXIS_TYPES:
@@ -145,7 +145,7 @@ def _check_shapes(link: ET.Element, path: Path) -> None:
         first = None if geometry is None else next(iter(geometry), None)
         if first is None or first.tag not in SHAPES:
             found = None if first is None else first.tag
-            raise NaoGaitError(f"{where} geometry", found, f"one of {', '.join(SHAPES)}")
+            raise NaoGaitError(f"{where} geometry", found, SHAPES)
         for key, count in SHAPES[first.tag].items():
             if first.tag != "mesh" or key in first.attrib:
                 _numbers(first, key, count, f"{where} {key}")

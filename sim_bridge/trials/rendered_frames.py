@@ -163,7 +163,7 @@ def rendered_frames(spec: RenderSpec) -> Iterator[RenderedFrame]:
     scene = load_scene(spec.scene) if isinstance(spec.scene, str) else spec.scene
     names = [robot.name for robot in scene.robots]
     if spec.robot and spec.robot not in names:
-        raise NaoGaitError("robot", spec.robot, f"one of {', '.join(names)}")
+        raise NaoGaitError("robot", spec.robot, names)
     index = names.index(spec.robot) if spec.robot else 0
     changes: dict[str, Any] = {} if spec.seed is None else {"seed": spec.seed}
     if spec.pose is not None:
@@ -265,7 +265,7 @@ def _enable(
     known = [camera.name for camera in robot.cameras]
     for name in names:
         if name not in known:
-            raise NaoGaitError("camera", name, f"one of {', '.join(known)}")
+            raise NaoGaitError("camera", name, known)
     for each in world.robots:
         for camera in each.cameras:
             camera.enabled = each is robot and (not names or camera.name in names)

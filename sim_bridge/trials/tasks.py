@@ -157,7 +157,7 @@ def find_task(text: str) -> Task:
     name, equals, number = text.partition("=")
     task = TASKS.get(name)
     if task is None:
-        raise NaoGaitError("task", text, f"one of {', '.join(TASKS)}, or name=speed")
+        raise NaoGaitError("task", text, f"one of {', '.join(TASKS)}, or name=speed", TASKS)
     if not equals:
         return task
     if task.axis is None:

@@ -38,7 +38,7 @@ def classes_of(scope: Scope, names: Sequence[str]) -> tuple[str, ...]:
     """The classes of these names, all if none is named; raises NaoGaitError."""
     for name in names:
         if name not in scope.all_classes:
-            raise NaoGaitError("fault", name, f"one of {', '.join(scope.all_classes)}")
+            raise NaoGaitError("fault", name, scope.all_classes)
     return tuple(dict.fromkeys(names)) or tuple(scope.classes)
 
 

@@ -99,7 +99,7 @@ def cases(options: Options) -> list[Case]:
     joints = judged_joints(loaded_robot(options.urdf))
     for joint in options.joints:
         if joint not in joints:
-            raise NaoGaitError("joints", joint, f"one of {', '.join(joints)}")
+            raise NaoGaitError("joints", joint, joints)
     task = find_task(options.tasks[0]).lasting(options.window) if options.tasks else None
     found = []
     for seed in options.seeds:
