@@ -39,12 +39,12 @@ USUAL = 0.75
 """Explained share of the evidence that is usual, at the start."""
 USUAL_MIN = 0.55
 """Smallest share that can become usual."""
-SAME_PLACE = (0.25, 0.25)
+SAME_PLACE = (0.25, 0.8)
 """[m, rad] Deviations of a pose that is found again from the last valid one, which odometry has
-carried on; they decide between mirror poses."""
+carried on; they decide between mirror poses. Without a yaw gyro others turn the robot unnoticed."""
 SURE = 12.0
 """Largest log-odds of the half of the field; those of a known start."""
-CARRIED = 0.03
+CARRIED = 0.005
 """Likelihood that the robot was carried anywhere, against 1 for the same place."""
 JUMP = 2.0
 """Squared deviations from the last valid pose from which on the robot was lost."""

@@ -179,8 +179,8 @@ def test_after_a_shove_the_mirror_pose_is_not_valid_until_team_mates_decide():
     localization, eyes = Localization(MAP, SETTINGS), Eyes()
     localization.start(((-0.5, -0.4, 0.5),))
     x, y, yaw = walk(localization, eyes, 3.0, (-0.5, -0.4, 0.5))[-1][0]
-    # It stands where its mirror pose is nearer to its belief than its pose.
-    shoved = -x - 0.45, -y - 0.1, yaw + math.pi + 0.3
+    # It stands where its mirror pose is nearer to its belief than its pose, though not near it.
+    shoved = -x - 0.75, -y - 0.1, yaw + math.pi + 0.3
     rows = walk(localization, eyes, 8.0, shoved)
     pose, estimate, _ = rows[-1]
     assert sum(error(pose, estimate)) > 2.0
@@ -193,7 +193,9 @@ def test_after_a_shove_the_mirror_pose_is_not_valid_until_team_mates_decide():
     assert valid
 
 
-@pytest.mark.parametrize("shove", [(0.2, 0.1, 0.2), (-0.1, 0.2, -0.3)])
+@pytest.mark.parametrize(
+    "shove", [(0.2, 0.1, 0.2), (-0.1, 0.2, -0.3), (0.05, 0.05, 0.9), (0.0, -0.1, -1.0)]
+)
 def test_after_a_small_shove_history_tells_the_half(shove: Pose2):
     localization, eyes = Localization(MAP, SETTINGS), Eyes()
     localization.start(((-1.2, -0.3, 0.0),))
