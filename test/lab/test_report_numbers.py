@@ -123,12 +123,14 @@ def test_timing_is_that_of_the_simulation(analysis: Analysis) -> None:
     assert np.all(timing.tick == 150.0)
 
 
-@pytest.mark.parametrize(("late", "grade"), [(0.0, NOTE), (0.01, BAD)])
+@pytest.mark.parametrize(("share", "grade"), [(0.0, NOTE), (0.002, NOTE), (1.0, BAD)])
 def test_slow_ticks_are_no_fault_where_the_simulation_waits(
-    analysis: Analysis, late: float, grade: str
+    analysis: Analysis, share: float, grade: str
 ) -> None:
+    """In lockstep a few answers seem a period late, because messages overtake the clock."""
     timing = analysis.timing
     assert timing is not None
+    late = timing.period * (np.arange(len(timing.answer)) < share * len(timing.answer))
     slow = dataclasses.replace(timing, tick=timing.tick * 100.0, answer=timing.answer + late)
     found = findings(dataclasses.replace(analysis, timing=slow))
     (finding,) = (each for each in found if "longer than a period" in each.text)
