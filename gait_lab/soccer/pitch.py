@@ -378,8 +378,14 @@ class PitchSpec:
     plant: str | Plant = "reference"
 
     def practice(
-        self, red: Sequence[Pose2], blue: Sequence[Pose2] = (), *, rendered: bool = False
-    ) -> "Pitch":
-        """The field with robots at these poses, who play at once, without a referee."""
+        self, red: Sequence[Pose2], blue: Sequence[Pose2] = (), *, ball: Point2 | None = None,
+        rendered: bool = False,
+    ) -> "Pitch":  # fmt: skip
+        """The field with robots at these poses, who play at once, without a referee.
+
+        The ball [m] starts as in the scene if it is not given.
+        """
         scene = with_robots(load_scene(self.scene), red, blue, urdf=self.urdf, seed=self.seed)
+        if ball is not None and scene.ball is not None:
+            scene = scene.replace(ball=scene.ball.replace(x=ball[0], y=ball[1]))
         return Pitch(scene, self.seed, self.engine, self.plant, rendered=rendered)

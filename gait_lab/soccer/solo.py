@@ -59,8 +59,7 @@ class SoloResult:
 def solo(spec: SoloSpec) -> SoloResult:
     """Run one trial."""
     start, ball = _start(spec)
-    with spec.practice([start], rendered=spec.rendered) as pitch:
-        pitch.world.put_ball(*ball)
+    with spec.practice([start], ball=ball, rendered=spec.rendered) as pitch:
         goal, outs, place = None, 0, BallPlace.IN_PLAY
         x, y = pitch.field.length / 2.0 - Rules().inside, pitch.field.width / 2.0 - Rules().inside
 

@@ -37,6 +37,10 @@ def test_a_robot_before_the_goal_scores() -> None:
     assert result.falls == 0
 
 
+def test_a_robot_may_start_where_the_ball_of_the_scene_lies() -> None:
+    assert solo(SoloSpec(start=(0.0, 0.0, 0.0), ball=(0.6, 0.0), limit=0.1)).falls == 0
+
+
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_ball_before_a_foot_of_a_walking_robot_goes_straight_ahead(side: float) -> None:
     """Between the feet it goes aside: so dribbling leads one foot to it."""
