@@ -3,8 +3,7 @@
 The paper applies it to pitch and roll of foot and hip, to the waist pitch, and to pitch and roll of
 the shoulders. In the legs it acts on the supporting one, which moves the whole body. The gains are
 those of the ankle; the other joints use shares of them. A robot without one of these joints does
-without its share. No preset uses k_d or a share: they are arguments here, not
-parameters.
+without its share. No preset uses k_d or a share, so they are arguments and not parameters.
 
 With positive gains, a torso that pitches forward (w_y > 0) presses the toes down and extends the
 hip; a negative gain turns the correction round.
