@@ -32,7 +32,7 @@ from nao_soccer.team.roles import Claim, RoleChoice
 from nao_soccer.world.looking import Looking
 from nao_soccer.world.model import WorldModel
 from nao_soccer.world.settings import WorldSettings
-from nao_soccer.world.state import IMAGE_AGE_MAX, TeamMate, WorldState
+from nao_soccer.world.state import IMAGE_AGE_MAX, TeamMate, TeamRobot, WorldState
 from robot_core.errors import NaoGaitError
 from robot_core.field import Goals
 from robot_core.head_goals import Goal
@@ -42,6 +42,8 @@ from robot_core.types import Point2, Pose2
 
 SAME_PLACE = 0.1
 """[m] along the field, within which the smaller number of two supporters comes first."""
+ROBOT_AGE = 1.0
+"""[s] A robot that was not seen for longer is not told."""
 BALL_AGE = 3.0
 """[s] since somebody saw the ball, after which nobody claims to be near it."""
 GETTING_UP_TIME = 10.0
@@ -403,6 +405,7 @@ class Player:
             role=self.role,
             seconds_to_ball=self._seconds_to_ball(state),
             ball=ball,
+            robots=_seen(state),
         )
 
     def return_message(self) -> bytes:
@@ -420,3 +423,14 @@ class Player:
             None if ball is None else ball.age,
             (0.0, 0.0) if ball is None else ball.position,
         ).encode()
+
+
+def _seen(state: WorldState) -> tuple[TeamRobot, ...]:
+    """The robots that the own cameras saw lately, for team messages; the nearest first."""
+    if not state.own.valid:
+        return ()
+    return tuple(
+        TeamRobot(each.position_in_field, each.age)
+        for each in state.obstacles
+        if not each.by_team and each.age < ROBOT_AGE
+    )

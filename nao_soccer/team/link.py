@@ -99,7 +99,7 @@ class TeamLink:
 
         Raises:
             NaoGaitError: The message cannot be read, is old, or is not plausible. If only its
-                ball is far off the field, all the rest is used.
+                ball is far off the field, all the rest is used; robots there are left out.
         """
         try:
             message = decode(data)
@@ -108,8 +108,9 @@ class TeamLink:
             self._check(message, time)
             ball = message.ball
             believed = ball is None or self._near_field(ball.position)
+            robots = tuple(each for each in message.robots if self._near_field(each.position))
             self._heard[message.player] = _Heard(
-                message if believed else replace(message, ball=None), time
+                replace(message, ball=ball if believed else None, robots=robots), time
             )
             if ball is not None and not believed:
                 raise NaoGaitError(f"{_name(message)}: ball", ball.position, _NEAR)
@@ -152,7 +153,7 @@ class TeamLink:
             found.append(
                 TeamMate(
                     number, round(each.time * 1e9), message.pose, message.valid, message.fallen,
-                    seen,
+                    seen, message.robots,
                 )
             )  # fmt: skip
         return tuple(found)

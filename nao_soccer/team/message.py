@@ -1,8 +1,8 @@
 """Team messages: what a player tells its team mates, in at most 128 bytes.
 
 A message has a magic, the version, who speaks, a count, the time of the sender, pose, what
-it knows of the ball, its role and its estimated time to the ball. Positions are in the frame of the
-field of the own team, in mm. All numbers are little-endian.
+it knows of the ball, its role, its estimated time to the ball, and the robots that it sees.
+Positions are in the frame of the field of the own team, in mm. All numbers are little-endian.
 """
 
 import math
@@ -10,6 +10,7 @@ import struct
 from dataclasses import dataclass
 
 from nao_soccer.game_state import Role
+from nao_soccer.world.state import TeamRobot
 from robot_core.errors import NaoGaitError
 from robot_core.types import Point2, Pose2
 
@@ -17,13 +18,17 @@ SIZE_MAX = 128
 """[bytes] Largest team message that the Standard Platform League allows."""
 PORT_BASE = 10000
 """UDP port of a team = this plus its number."""
+ROBOTS_MAX = 8
+"""Number of robots that a message tells of, at most."""
 NEVER = 60.0
 """[s] The longest time that can be told; more is told as this."""
 
 _MAGIC = b"nlgT"
-_VERSION = 1
+_VERSION = 2
 _LAYOUT = struct.Struct("<4s4BHI3hHB2h2h2H")
-SIZE = _LAYOUT.size
+_ROBOT = struct.Struct("<2hH")
+SIZES = range(_LAYOUT.size, _LAYOUT.size + ROBOTS_MAX * _ROBOT.size + 1, _ROBOT.size)
+"""[bytes] of a message, by the number of robots."""
 _ROLES = tuple(Role)
 _VALID, _FALLEN, _BALL, _PENALIZED = 1, 2, 4, 8
 _FAR = 32.0
@@ -63,6 +68,7 @@ class TeamMessage:
         role: The role that it plays.
         seconds_to_ball: Estimated time [s] until it plays the ball; at most `NEVER`.
         ball: The ball that it has seen itself; None if it has not.
+        robots: The robots that it has seen itself; the first `ROBOTS_MAX` are told.
     """
 
     team: int
@@ -76,6 +82,7 @@ class TeamMessage:
     role: Role
     seconds_to_ball: float
     ball: BallMessage | None = None
+    robots: tuple[TeamRobot, ...] = ()
 
     def encode(self) -> bytes:
         """The bytes of the message; NaoGaitError if a value does not fit."""
@@ -83,7 +90,7 @@ class TeamMessage:
         flags = _VALID * self.valid + _FALLEN * self.fallen + _PENALIZED * self.penalized
         x, y, yaw = self.pose
         try:
-            return _LAYOUT.pack(
+            data = _LAYOUT.pack(
                 _MAGIC, _VERSION, self.team, self.player,
                 flags + (_BALL if self.ball is not None else 0),
                 self.count % 65536, self.time % 2**32,
@@ -94,6 +101,10 @@ class TeamMessage:
                 _mm(ball.velocity[0]), _mm(ball.velocity[1]),
                 _mm(ball.deviation), round(100.0 * min(ball.age, NEVER)),
             )  # fmt: skip
+            return data + b"".join(
+                _ROBOT.pack(_mm(place[0]), _mm(place[1]), round(100.0 * min(age, NEVER)))
+                for place, age in self.robots[:ROBOTS_MAX]
+            )
         except (struct.error, ValueError, OverflowError) as error:
             raise NaoGaitError("team message", str(self), f"values that fit ({error})") from error
 
@@ -101,12 +112,13 @@ class TeamMessage:
 def decode(data: bytes) -> TeamMessage:
     """Read a team message; NaoGaitError if it is none, or a value is not allowed."""
     where = "team message"
-    if len(data) != SIZE or data[:4] != _MAGIC:
-        raise NaoGaitError(where, f"{len(data)} bytes, {data[:4]!r}", f"{SIZE} bytes, {_MAGIC!r}")
+    if len(data) not in SIZES or data[:4] != _MAGIC:
+        allowed = f"{SIZES[0]} to {SIZES[-1]} bytes, {_MAGIC!r}"
+        raise NaoGaitError(where, f"{len(data)} bytes, {data[:4]!r}", allowed)
     (
         _, version, team, player, flags, count, time, x, y, yaw, eta, role, bx, by, vx, vy,
         deviation, age,
-    ) = _LAYOUT.unpack(data)  # fmt: skip
+    ) = _LAYOUT.unpack_from(data)  # fmt: skip
     if version != _VERSION:
         raise NaoGaitError(f"{where} version", version, str(_VERSION))
     if role >= len(_ROLES):
@@ -123,6 +135,10 @@ def decode(data: bytes) -> TeamMessage:
         (x / 1000.0, y / 1000.0, yaw / 1e4),
         bool(flags & _VALID), bool(flags & _FALLEN), bool(flags & _PENALIZED),
         _ROLES[role], min(eta / 100.0, NEVER), ball,
+        tuple(
+            TeamRobot((x / 1000.0, y / 1000.0), age / 100.0)
+            for x, y, age in _ROBOT.iter_unpack(data[_LAYOUT.size :])
+        ),
     )  # fmt: skip
 
 

@@ -22,7 +22,13 @@ from nao_soccer.world.odometry import Displacement, OdometryHistory
 from nao_soccer.world.planar_track import matrix, point, triple
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, TeamMate, WorldState
-from nao_soccer.world.team_knowledge import TeamKnowledge, in_field, own_team_ball, told_obstacle
+from nao_soccer.world.team_knowledge import (
+    SAME_ROBOT,
+    TeamKnowledge,
+    in_field,
+    own_team_ball,
+    with_told,
+)
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import compose, relative
 from robot_core.types import Point2, Pose2
@@ -43,10 +49,6 @@ JUMP_TURN, JUMP_MOVE = math.radians(30.0), 0.5
 """[rad, m] Assumed largest change of heading and place while the odometry was missing."""
 OFF_FIELD = 0.5
 """[m] How far beyond the carpet a ball may seem to be, besides 30 % of its distance."""
-MATE_MAX = 2_000_000_000
-"""[ns] For which a team mate is where it told."""
-SAME_ROBOT = 0.5
-"""[m] A robot that is seen so near to where a team mate told to be is that team mate."""
 VARIANCE_MIN, VARIANCE_MAX = 1e-8, 1e4
 """[m^2] Smaller and larger variances are an error of the sender."""
 
@@ -288,12 +290,7 @@ class WorldModel:
                 )
             )
         if own.valid:
-            seen = [each.position_in_field for each in found]
-            found += [
-                told_obstacle(own, mate, (now - mate.stamp) * 1e-9)
-                for mate in told
-                if now - mate.stamp < MATE_MAX and not near(mate.pose[:2], seen, SAME_ROBOT)
-            ]
+            found = with_told(found, own, told, now)
         yield from sorted(found, key=lambda each: math.hypot(*each.position))
 
 

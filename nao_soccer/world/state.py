@@ -7,6 +7,7 @@ left. Everything holds at the time of the state.
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 from nao_soccer.vision.percepts import Covariance2
 from robot_core.types import Point2, Pose2, PoseCovariance
@@ -91,7 +92,8 @@ class Obstacle:
         covariance: [m^2] in base_footprint.
         velocity: [m/s] over the ground, along the axes of base_footprint.
         team: `red` or `blue`; None if the colour is not known.
-        age: [s] since it was seen.
+        age: [s] since this robot or a team mate saw it.
+        by_team: Only a team mate told of it.
     """
 
     position: Point2
@@ -101,6 +103,7 @@ class Obstacle:
     team: str | None
     fallen: bool
     age: float
+    by_team: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +123,18 @@ class TeamBall:
     age: float
 
 
+class TeamRobot(NamedTuple):
+    """Another robot as a team mate saw it with its own cameras.
+
+    Attributes:
+        position: [m] in `field`.
+        age: [s] since the team mate saw it, when it told of it.
+    """
+
+    position: Point2
+    age: float
+
+
 @dataclass(frozen=True, slots=True)
 class TeamMate:
     """What a team mate told of itself. The reader of team messages makes these.
@@ -131,6 +146,7 @@ class TeamMate:
         valid: Its pose estimate is valid.
         fallen: It lies on the ground or gets up.
         ball: The ball that it has seen itself; None if it has not.
+        robots: The robots that it has seen itself.
     """
 
     number: int
@@ -139,6 +155,7 @@ class TeamMate:
     valid: bool
     fallen: bool = False
     ball: TeamBall | None = None
+    robots: tuple[TeamRobot, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,10 +1,11 @@
-"""What team mates tell: their balls, fused with the own one, and which half of the field is ours.
+"""What team mates tell: their balls, fused with the own one, robots, and which half is ours.
 
 A message holds only what its sender has seen with its own cameras, so a ball never comes back to
 its origin by way of a team mate.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,6 +29,12 @@ WRONG = 0.1
 """Share of told balls that are wrong."""
 RATIO_SHARE = 0.5
 """Weight of one comparison of balls; those of two messages are not independent."""
+ROBOT_MAX = 2.0
+"""[s] For which another robot is where a team mate told."""
+SAME_ROBOT = 0.5
+"""[m] Places of a robot that are nearer than this are of the same one."""
+SELF = 0.3
+"""[m] A robot that a team mate sees so near to the own place is this one."""
 PLACE_MAX = 0.5
 """[m] The half is judged only while the own place has a smaller deviation."""
 
@@ -185,9 +192,41 @@ def _log_fit(error: FloatArray, covariance: FloatArray) -> float:
     return math.log((1.0 - WRONG) * math.exp(-0.5 * square) + WRONG)
 
 
-def told_obstacle(own: PoseEstimate, mate: TeamMate, age: float) -> Obstacle:
-    """A team mate as a robot to walk around, where it told to be some time [s] ago."""
-    place = mate.pose[:2]
+def with_told(
+    seen: list[Obstacle], own: PoseEstimate, mates: list[TeamMate], now: int
+) -> list[Obstacle]:
+    """The robots that were seen, and those that team mates told of, at `now` [ns].
+
+    Team mates tell where they are, and where they saw others. Of one robot the newest place counts,
+    but that of a team mate that lies only if nothing else is known of it.
+    """
+    told = []
+    for mate in mates:
+        since = (now - mate.stamp) * 1e-9
+        told.append(_told_obstacle(own, mate.pose[:2], since, mate.fallen))
+        told += [
+            _told_obstacle(own, each.position, since + each.age)
+            for each in mate.robots
+            if math.dist(each.position, own.pose[:2]) > SELF
+        ]
+    found = list(seen)
+    for each in sorted(told, key=lambda robot: robot.age):
+        apart = [math.dist(other.position, each.position) for other in found]
+        if min(apart, default=math.inf) >= SAME_ROBOT:
+            if each.age < ROBOT_MAX:
+                found.append(each)
+            continue
+        nearest = apart.index(min(apart))
+        known = found[nearest]
+        if each.age < known.age and not each.fallen:
+            found[nearest] = replace(each, team=known.team, fallen=known.fallen)
+    return found
+
+
+def _told_obstacle(
+    own: PoseEstimate, place: Point2, age: float, fallen: bool = False
+) -> Obstacle:
+    """A robot to walk around, where a team mate told some time [s] ago that it is."""
     var = TEAM_ERROR**2
     x, y, _ = relative((*place, 0.0), own.pose)
-    return Obstacle((x, y), place, (var, 0.0, var), (0.0, 0.0), None, mate.fallen, age)
+    return Obstacle((x, y), place, (var, 0.0, var), (0.0, 0.0), None, fallen, age, by_team=True)

@@ -12,15 +12,24 @@ from hypothesis import strategies as st
 
 from nao_soccer.game_state import Role
 from nao_soccer.team.link import PERIOD, SILENCE, TeamLink
-from nao_soccer.team.message import NEVER, SIZE, SIZE_MAX, BallMessage, TeamMessage, decode
+from nao_soccer.team.message import (
+    NEVER,
+    ROBOTS_MAX,
+    SIZE_MAX,
+    SIZES,
+    BallMessage,
+    TeamMessage,
+    decode,
+)
 from nao_soccer.team.roles import MARGIN, STALL, Claim, RoleChoice
 from nao_soccer.team.udp import UdpLink
+from nao_soccer.world.state import TeamRobot
 from robot_core.errors import NaoGaitError
 from robot_core.field import Field
 
 MESSAGE = TeamMessage(
     1, 2, 7, 1234, (0.5, -0.25, 1.0), True, False, False, Role.SUPPORTER, 3.5,
-    BallMessage((1.0, 0.5), (0.0, -0.3), 0.1, 0.2),
+    BallMessage((1.0, 0.5), (0.0, -0.3), 0.1, 0.2), (TeamRobot((0.3, -0.4), 0.6),),
 )  # fmt: skip
 
 meters = st.floats(-20.0, 20.0)
@@ -29,25 +38,33 @@ balls = st.builds(
     st.floats(0.0, 100.0),
 )  # fmt: skip
 
+robots = st.builds(TeamRobot, st.tuples(meters, meters), st.floats(0.0, 100.0))
+
 
 @given(
     st.builds(
         TeamMessage, st.integers(0, 255), st.integers(1, 20), st.integers(0, 65535),
         st.integers(0, 2**32 - 1), st.tuples(meters, meters, st.floats(-3.1, 3.1)), st.booleans(),
         st.booleans(), st.booleans(), st.sampled_from(Role), st.floats(0.0, 100.0),
-        st.none() | balls,
+        st.none() | balls, st.lists(robots, max_size=ROBOTS_MAX + 2).map(tuple),
     )
 )  # fmt: skip
 @settings(max_examples=200)
 def test_what_was_told_is_heard(message: TeamMessage) -> None:
     data = message.encode()
-    assert len(data) == SIZE <= SIZE_MAX
+    assert len(data) in SIZES
+    assert SIZES[-1] <= SIZE_MAX
     heard = decode(data)
     assert heard.pose == pytest.approx(message.pose, abs=1e-3)
     assert heard.seconds_to_ball == pytest.approx(min(message.seconds_to_ball, NEVER), abs=0.01)
     assert (heard.ball is None) == (message.ball is None)
     if message.ball is not None and heard.ball is not None:
         assert heard.ball.position == pytest.approx(message.ball.position, abs=1e-3)
+    told = message.robots[:ROBOTS_MAX]
+    assert len(heard.robots) == len(told)
+    for one, other in zip(heard.robots, told, strict=True):
+        assert one.position == pytest.approx(other.position, abs=1e-3)
+        assert one.age == pytest.approx(min(other.age, NEVER), abs=0.01)
     exact = ("team", "player", "count", "time", "valid", "fallen", "penalized", "role")
     assert all(getattr(heard, name) == getattr(message, name) for name in exact)
 
@@ -58,7 +75,7 @@ def test_foreign_bytes_are_refused(data: bytes) -> None:
         decode(data)
 
 
-@given(st.integers(0, SIZE - 1), st.integers(0, 255))
+@given(st.integers(0, len(MESSAGE.encode()) - 1), st.integers(0, 255))
 @settings(max_examples=300)
 def test_a_damaged_message_is_read_or_refused(place: int, value: int) -> None:
     data = bytearray(MESSAGE.encode())
@@ -102,6 +119,13 @@ def test_a_ball_far_off_the_field_is_not_believed_but_the_rest_is() -> None:
     (mate,) = ear.mates(0.0)
     assert mate.ball is None
     assert [claim.seconds for claim in ear.claims(0.0)] == [MESSAGE.seconds_to_ball]
+
+
+def test_robots_that_a_mate_sees_are_heard_but_for_those_far_off_the_field() -> None:
+    ear = link()
+    near, far = TeamRobot((1.0, 0.5), 0.2), TeamRobot((9.0, 0.5), 0.2)
+    ear.receive(replace(MESSAGE, robots=(far, near)).encode(), 0.0)
+    assert ear.mates(0.0)[0].robots == (near,)
 
 
 def test_the_clock_of_a_mate_does_not_count() -> None:

@@ -13,7 +13,14 @@ from nao_soccer.world.model import WorldModel
 from nao_soccer.world.obstacles import ObstacleFilter
 from nao_soccer.world.odometry import OdometryHistory
 from nao_soccer.world.settings import WorldSettings
-from nao_soccer.world.state import HeadMode, Obstacle, TeamBall, TeamMate, WorldState
+from nao_soccer.world.state import (
+    HeadMode,
+    Obstacle,
+    TeamBall,
+    TeamMate,
+    TeamRobot,
+    WorldState,
+)
 from pitch_percepts import GOALS, SMALL, Eyes, nothing, percept
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import compose, relative
@@ -291,6 +298,36 @@ def test_the_owneyes_come_before_a_team_mate():
     state = run.world.state()
     assert not state.ball.by_team
     assert run.ball_error(state) < 0.05
+
+
+def test_of_a_robot_the_newest_place_counts_whoever_saw_it():
+    run = Run(ball=None)
+    run.go(1.0)
+    old = compose(run.truth, (0.9, 0.3, 0.0))
+    for _ in range(3):
+        x, y, _ = relative(old, run.truth)
+        seen = run.eyes.see(run.stamp, run.truth)
+        run.world.add_percepts(
+            replace(seen, objects=(*seen.objects, percept(Kind.ROBOT_BLUE, (x, y))))
+        )
+        run.go(0.05)
+    moved = old[0] + 0.35, old[1]
+    behind = compose(run.truth, (-0.4, 0.0, 0.0))[:2]
+    for age, place in ((5.0, old[:2]), (0.2, moved)):
+        run.go(0.5, sees=False)
+        told = tuple(TeamRobot(each, age) for each in (moved, behind, run.truth[:2]))
+        run.world.add_mate(TeamMate(2, run.stamp, (1.8, 1.2, 0.0), True, robots=told))
+        state = run.world.state()
+        seen, *others = (each for each in state.obstacles if each.team == "blue")
+        assert others == []
+        assert seen.by_team == (age < 1.0)
+        assert math.dist(seen.position_in_field, place) < 0.1
+        x, y, _ = compose(state.own.pose, (*seen.position, 0.0))
+        assert math.dist((x, y), place) < 0.1
+        # Where no robot was seen one is told of; the one at the own place is this robot.
+        unseen = [each for each in state.obstacles if each.team is None]
+        assert len(unseen) == 1 + (age < 1.0)  # the mate itself, always
+        assert all(math.hypot(*each.position) > 0.3 for each in unseen)
 
 
 def test_an_old_ball_of_a_team_mate_is_not_used():
