@@ -341,8 +341,9 @@ class Gait:
             return JointTargets(stamp, sent)
         standing = state not in ON_THE_WAY or self._walk.stopping
         lead = self._feed_forward.lead(
-            sent, targets, 0 if standing else support, self._walk.origin_in_q, dt * self._size.time
-        )
+            sent, targets, 0 if standing else support, self._walk.origin_in_q, dt * self._size.time,
+            0.0 if standing else self._walk.com_ahead,
+        )  # fmt: skip
         if state is LIFTED:
             return JointTargets(stamp, sent)
         leading: FloatArray = sent + lead

@@ -232,6 +232,13 @@ class Walk(Protocol):
         """Pendulum origin or desired ZMP, x and y in Q [m]."""
 
     @property
+    def com_ahead(self) -> float:
+        """By how much the CoM is ahead of its targets on average [m].
+
+        As far as motors that give way shall have torque for it.
+        """
+
+    @property
     def step_size(self) -> Pose2:
         """Pose of the next Q in the current one."""
 

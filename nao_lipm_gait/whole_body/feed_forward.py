@@ -4,6 +4,9 @@ A servo of stiffness k and damping d gives the torque k (target - angle) - d spe
 without an error of the angle, its target leads by that torque over k, which any position interface
 can send. The torques carry the robot on its soles: at rest on both, in a step on the support sole,
 with the force of the pendulum. They also accelerate the links as the targets move.
+
+A robot that leans loads its ankles by more, which then give way and let it lean further. The
+torques are therefore those of the robot as it leans on average.
 """
 
 import numpy as np
@@ -22,7 +25,8 @@ LARGEST = 100.0
 SHIFT_TIME = 0.06
 """[s] in which the weight goes from one sole to the other."""
 RISE_TIME = 0.3
-"""[s] in which the torques rise after a motion, which has none: all at once they kick a robot."""
+"""[s] in which the torques follow the lean, and rise after a motion, which has none: all at once
+they kick a robot."""
 
 
 class FeedForward:
@@ -40,13 +44,15 @@ class FeedForward:
         self._velocity = np.zeros(len(stiffness))
         self._last: FloatArray | None = None
         self._rise = 1.0
+        self._lean = 0.0
 
     def begin(self) -> None:
         """A stand begins in another pose than the last one, without these torques."""
-        self._last, self._velocity[:], self._rise = None, 0.0, 0.0
+        self._last, self._velocity[:], self._rise, self._lean = None, 0.0, 0.0, 0.0
 
     def lead(
-        self, position: FloatArray, targets: BodyTargets, support: int, origin: Point2, dt: float
+        self, position: FloatArray, targets: BodyTargets, support: int, origin: Point2, dt: float,
+        com_ahead: float = 0.0,
     ) -> FloatArray:
         """What to add to joint targets (n,) [rad].
 
@@ -56,6 +62,8 @@ class FeedForward:
             support: Supporting leg, LEFT or RIGHT; 0 = both.
             origin: Origin of the pendulum in Q [m], of the image.
             dt: Time since the last tick [s].
+            com_ahead: By how much the CoM is ahead of its target on average [m], as far as there
+                shall be torque for it; of the image.
         """
         if self._torque is None:
             return np.zeros(len(position))
@@ -79,9 +87,10 @@ class FeedForward:
             py = py if side == support else 0.0
             return Load(part, self._length * px, self._length * py, ahead, aside)
 
+        self._lean += min(1.0, dt / RISE_TIME) * (com_ahead / height - self._lean)
         velocity, acceleration = self._moves(position, dt)
         torque = self._torque.at(
-            position, targets.torso_roll, targets.torso_pitch,
+            position, targets.torso_roll, targets.torso_pitch + self._lean,
             (load(self._left, left, 1), load(1.0 - self._left, right, -1)), acceleration,
         )  # fmt: skip
         lead = self._yield * (torque + self._damping * velocity)

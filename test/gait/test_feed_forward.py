@@ -130,6 +130,28 @@ def test_after_a_motion_the_torques_rise_from_none() -> None:
     assert np.abs(np.diff(leads, axis=0, prepend=0.0)).max() < 0.05 * np.abs(leads[-1]).max()
 
 
+def test_a_lean_loads_the_ankle_by_the_weight_times_its_distance() -> None:
+    robot, dt = load_robot("booster_t1"), 0.01
+    stand = np.array(robot.stand_pose)
+    left, right = SoleTarget(0.0, 0.05, 0.0, 0.0), SoleTarget(0.0, -0.05, 0.0, 0.0)
+    body = BodyTargets((0.0, 0.05, 0.25), left, right, 0.0, 0.0, (0.0, 0.0, 0.0))
+
+    def leads(ahead: float) -> np.ndarray:
+        forward = FeedForward(robot)
+        origin = (0.0, 0.05)
+        return np.array([forward.lead(stand, body, 1, origin, dt, ahead) for _ in range(200)])
+
+    change = leads(0.01) - leads(0.0)
+    ankle = robot.left_leg.ankle_pitch
+    stiffness = robot.motors[ankle].stiffness or 0.0
+    torque = stiffness * change[-1, robot.index(ankle)]
+    weight = SupportTorque(robot).weight
+    assert torque == pytest.approx(weight * 0.01 * robot.size, rel=0.15)
+    assert np.abs(np.diff(change, axis=0, prepend=0.0)).max() < 0.05 * np.abs(change).max()
+    right_ankle = robot.index(robot.right_leg.ankle_pitch)
+    assert abs(change[-1, right_ankle]) < 0.1 * abs(change[-1, robot.index(ankle)])
+
+
 def test_only_a_robot_with_soft_motors_gets_a_lead() -> None:
     assert not Gait("nao_h21_v33")._feed_forward.needed
     assert Gait("booster_t1")._feed_forward.needed

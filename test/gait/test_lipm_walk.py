@@ -175,6 +175,14 @@ def test_a_change_of_other_parameters_keeps_what_has_been_learned() -> None:
     assert kept < 0.5 * corrections(offset_time=2.0)
 
 
+def test_the_error_of_the_com_for_which_there_is_torque_is_a_share_of_the_learned_one() -> None:
+    walk = started(ON_THE_SPOT, P.replace(offset_time=1.0, lean_torque=0.5))
+    for _ in range(800):
+        run(walk, ON_THE_SPOT, 1, {0: (0.01, 0.0)})
+    assert walk.com_ahead == pytest.approx(0.005, rel=0.2)
+    assert started(ON_THE_SPOT).com_ahead == 0.0
+
+
 def test_a_stop_ends_even_if_the_feedback_keeps_moving_the_feet() -> None:
     walk = started(STANDSTILL)
     rows = []

@@ -111,6 +111,10 @@ class LipmParameters(GaitParameters):
         3.0, 0.0, 60.0, "s",
         "Time constant for learning constant errors of the measured CoM; 0 = off.",
     )
+    lean_torque: float = number(
+        0.0, 0.0, 1.0, "",
+        "Share of that error forward for which motors that give way get torque, as for a lean.",
+    )
     push_velocity: float = number(
         0.14, 0.0, 1.0, "m/s",
         "Detect a push if CoM and accelerometer show that the CoM moves this much faster than "

@@ -358,6 +358,11 @@ class LipmWalk:
         return self._origin
 
     @property
+    def com_ahead(self) -> float:
+        """Measured minus planned CoM on average, forward [m], times `lean_torque`."""
+        return self._p.lean_torque * self._offset.x
+
+    @property
     def step_size(self) -> Pose2:
         """s-bar, the pose of Q-bar in Q."""
         return self._step_size

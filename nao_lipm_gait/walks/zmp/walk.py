@@ -338,6 +338,11 @@ class ZmpWalk:
         return self._predicted.x, half.support * half.parameters.zmp_offset_y
 
     @property
+    def com_ahead(self) -> float:
+        """0: the CoM is not measured."""
+        return 0.0
+
+    @property
     def step_size(self) -> Pose2:
         """Pose of the next Q in the current one."""
         return self._half_stride.step_size

@@ -30,11 +30,14 @@ class MeasurementOffset:
 
     Args:
         time: Time constant of the average [s]; 0 disables it.
+
+    Attributes:
+        x: The error [m], forward in Q.
     """
 
     def __init__(self, time: float):
         self._time = time
-        self._x = 0.0
+        self.x = 0.0
         self._y = 0.0
 
     def remove(self, dx: float, dy: float, dt: float) -> tuple[float, float]:
@@ -51,9 +54,9 @@ class MeasurementOffset:
         if self._time <= 0.0:
             return dx, dy
         share = min(1.0, dt / self._time)
-        self._x += share * (dx - self._x)
+        self.x += share * (dx - self.x)
         self._y += share * (dy - self._y)
-        return dx - self._x, dy - self._y
+        return dx - self.x, dy - self._y
 
 
 class PushDetector:
