@@ -32,7 +32,7 @@ from nao_lipm_gait.whole_body.feed_forward import FeedForward
 from nao_lipm_gait.whole_body.ground_adaptation import GroundAdaptation
 from nao_lipm_gait.whole_body.legs import make_legs
 from nao_lipm_gait.whole_body.posture_feedback import PostureFeedback
-from nao_lipm_gait.whole_body.stand_blend import StandBlend
+from nao_lipm_gait.whole_body.stand_blend import SET_DOWN_TIME, STAND_TIME, StandBlend
 from nao_lipm_gait.whole_body.step_kick import BALL, StepKick
 from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
 from robot_core.errors import NaoGaitError, is_number
@@ -430,26 +430,35 @@ class Gait:
             self._begin_motion(motion, frame)
         elif after is WALK and before is STAND:
             self._begin_walk(transition, command)
+        elif after is STAND and before is WALK and not self._walk.finished:
+            self._begin_stand(frame.late, self._sent_by_model(frame), time=SET_DOWN_TIME)
         elif after is LIFTED or (after is STAND and before not in ON_THE_WAY):
-            start = frame.joint_position if self._last_position is None else self._last_position
+            start = self._sent_by_model(frame)
             # A motion that kept its feet ends in the stand; after a get-up the robot must settle.
             in_place = motion is not None and not motion.gets_up
             self._begin_stand(frame.late, start, joint_groups(self.robot)[BODY] if in_place else ())
             self._feed_forward.begin()
 
-    def _begin_stand(self, late: int, start: FloatArray, watched: Sequence[int] = ()) -> None:
+    def _sent_by_model(self, frame: SensorFrame) -> FloatArray:
+        """The last targets (n,) [rad] as the model has them; before the first the measured pose."""
+        return frame.joint_position if self._last_position is None else self._last_position
+
+    def _begin_stand(
+        self, late: int, start: FloatArray, watched: Sequence[int] = (), time: float = STAND_TIME
+    ) -> None:
         """Begin to stand up from joint angles (n,) [rad].
 
         Args:
             late: See `SensorFrame`.
             start: Joint angles (n,) [rad].
             watched: See `StandBlend.begin`.
+            time: Duration [s].
         """
         self._set_late(self._bridged(late))
         self._walk.stand_at(ORIGIN)
         self._height.reset()
         self._pitch.reset()
-        self._blend.begin(start, watched)
+        self._blend.begin(start, watched, time)
 
     def _begin_walk(self, transition: Transition, command: VelocityCommand) -> None:
         if transition.tipping_com is None:
@@ -606,6 +615,13 @@ class Gait:
     def request_relax(self) -> None:
         """Take the torque off all joints in the next tick."""
         self._requests.relax = True
+
+    def set_down(self) -> None:
+        """In this tick, put both feet down at once instead of walking, and take no step.
+
+        For a leg that cannot carry the robot; a stop needs a few more steps.
+        """
+        self._requests.set_down = True
 
     def report_fall(self) -> None:
         """Another sensor has detected a fall: the robot counts as fallen in the next tick."""

@@ -46,11 +46,13 @@ class Requests:
         stand: Stop walking, or leave a sitting or relaxed pose, and stand.
         relax: Take the torque off all joints.
         fall: Another sensor has detected a fall.
+        set_down: Put both feet down at once, and take no step.
     """
 
     stand: bool = False
     relax: bool = False
     fall: bool = False
+    set_down: bool = False
 
 
 class ModeInputs(NamedTuple):
@@ -198,7 +200,7 @@ class Modes:
         entered = transition is not None and transition.after is RELAXED
         if self.state not in BUSY and (self._requests.relax or not entered):
             self._requests.stand = False
-        self._requests.relax = self._requests.fall = False
+        self._requests.relax = self._requests.fall = self._requests.set_down = False
         return transition
 
     def _first_transition(self) -> Transition | None:
@@ -265,10 +267,15 @@ class Modes:
         return self.motions.waiting if self._now.settled else None
 
     def _tips(self) -> TippingCom | None:
-        return self._robot.detect_tipping() if self._now.settled else None
+        if self._requests.set_down or not self._now.settled:
+            return None
+        return self._robot.detect_tipping()
 
     def _walk_commanded(self) -> bool:
         return not self._now.command.is_zero and self._now.settled and not self.must_stop
+
+    def _set_down(self) -> bool:
+        return self._requests.set_down
 
     def _walk_finished(self) -> bool:
         return self._walk.finished
@@ -341,6 +348,7 @@ TRANSITIONS: dict[GaitState, tuple[tuple[GaitState, Condition], ...]] = {
         (RELAXED, Modes._relax_requested),
         (FALLEN, Modes._falls),
         (LIFTED, Modes._lifted),
+        (STAND, Modes._set_down),
         (STAND, Modes._walk_finished),
         (STOP, Modes._walk_stops),
     ),

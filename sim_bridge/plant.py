@@ -137,6 +137,11 @@ class Sensors(Settings):
         minimum=10.0, maximum=1e4, unit="m/s^2", optional=True,
         meaning="Readings saturate at +- this value; null = unlimited.",
     )
+    effort_noise: float = number(
+        0.0, 0.0, 1.0, "",
+        "Standard deviation of the white noise of a motor's torque per sample, as a share of its "
+        "stall torque.",
+    )
 
 
 @attrs.frozen

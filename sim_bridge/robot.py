@@ -25,7 +25,7 @@ from sim_bridge.force_sensors import ForceSensorModel
 from sim_bridge.heat import HeatModel, MotorState
 from sim_bridge.motors import Setpoints, TorqueLimits
 from sim_bridge.plant import Plant
-from sim_bridge.sensors import SensorModel
+from sim_bridge.sensors import SensorModel, TorqueSensors
 from sim_bridge.shapes import Color
 from sim_bridge.state import StartState, StepInput, TrueState
 from sim_bridge.terrain import Prism, ground_height
@@ -78,7 +78,7 @@ class Reading(NamedTuple):
     Attributes:
         frame: The sensors that the gait uses.
         joint_velocity: (n,) [rad/s] between the last two encoder readings.
-        joint_effort: (n,) [N m] motor torques.
+        joint_effort: (n,) [N m] measured motor torques.
         sole_wrench: left, right (6,): force [N] and torque [N m] of the floor on the sole, in the
             sole frame, as its force sensors give them.
         motors: Temperatures, currents and battery; None in a plant without heat.
@@ -205,6 +205,7 @@ class SimulatedRobot:
         self._sensors = SensorModel(
             self.plant, self.individual, self.body, noise, control_period / _SECOND
         )
+        self._torque_sensors = TorqueSensors(spec.robot, self.plant, noise)
         self._force_sensors = ForceSensorModel(spec.robot, self.plant, self.individual, noise)
         self.heat = HeatModel(spec.robot, self.plant) if self.plant.heat.enabled else None
         self._delay_line: DelayLine[Reading] = DelayLine(round(delay * _SECOND))
@@ -384,6 +385,7 @@ class SimulatedRobot:
         self._push_force = np.zeros(3)
         self._push_steps = 0
         self._sensors.reset()
+        self._torque_sensors.restart()
         self._force_sensors.restart()
         if self.heat is not None:
             self.heat.restart()
@@ -436,7 +438,8 @@ class SimulatedRobot:
         wrenches = self._force_sensors.read(state.sole_wrench)
         motors = None if self.heat is None else self.heat.state
         velocity = self._sensors.joint_velocity
-        self._delay_line.put(time, Reading(frame, velocity, state.joint_torque, wrenches, motors))
+        effort = self._torque_sensors.read(state.joint_torque)
+        self._delay_line.put(time, Reading(frame, velocity, effort, wrenches, motors))
 
 
 def _normal_force(state: TrueState, side: int) -> float:

@@ -1,10 +1,14 @@
-"""Encoders, gyro and accelerometer, from true states. No sensor measures the orientation."""
+"""Encoders, motor torques, gyro and accelerometer, from true states.
+
+No sensor measures the orientation.
+"""
 
 import math
 
 import numpy as np
 
 from robot_core.geometry import as_rotation, cross, rotate, rotate_back, rotation_halfway
+from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray, Point3, SensorFrame
 from sim_bridge.body import Body
 from sim_bridge.individual import Individual
@@ -28,6 +32,26 @@ class Encoders:
         if self._step:
             reading *= self._steps
             reading = np.rint(reading, out=reading) * self._step
+        return reading
+
+
+class TorqueSensors:
+    """The torque of each motor, as from its current, with white noise."""
+
+    def __init__(self, robot: RobotDescription, plant: Plant, noise_seed: int) -> None:
+        """Motors of `robot`, noise of `plant`, drawn apart from that of the other sensors."""
+        stall = [robot.motors[joint].stall_torque for joint in robot.joint_names]
+        self._sigma = plant.sensors.effort_noise * np.array(stall)
+        self._seed = noise_seed, 1
+        self.restart()
+
+    def restart(self) -> None:
+        """Restart the noise, so that a run can be repeated."""
+        self._noise = np.random.default_rng(self._seed)
+
+    def read(self, torque: FloatArray) -> FloatArray:
+        """(n,) [N m] for true torques (n,) [N m]."""
+        reading: FloatArray = torque + self._sigma * self._noise.standard_normal(len(torque))
         return reading
 
 

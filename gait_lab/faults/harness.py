@@ -346,8 +346,8 @@ def sensor_messages(
     wx, wy, wz = frame.angular_velocity.tolist()
     ax, ay, az = frame.linear_acceleration.tolist()
     yield Message("imu/data", ImuInput(sec, nanosec, (wx, wy, wz), (ax, ay, az)))
-    position = frame.joint_position.tolist()
-    yield Message("joint_states", JointInput(sec, nanosec, joint_names, position))
+    position, effort = frame.joint_position.tolist(), reading.joint_effort.tolist()
+    yield Message("joint_states", JointInput(sec, nanosec, joint_names, position, effort))
     for side, name in enumerate(sole_frames):
         force = float(reading.sole_wrench[side][2])
         yield Message(f"{name}/wrench", LoadInput(sec, nanosec, side, force))

@@ -90,7 +90,7 @@ def joint_input(
     # Cyclone DDS does not say when a message was received.
     received = info["received_timestamp"] or info["source_timestamp"]
     return JointInput(
-        stamp.sec, stamp.nanosec, message.name, message.position,
+        stamp.sec, stamp.nanosec, message.name, message.position, message.effort,
         waited=(now - received) * 1e-9, arrived=arrived,
     )  # fmt: skip
 

@@ -185,6 +185,8 @@ class GaitController:
         if isinstance(message, JointInput):
             now = self._clock()
             walking = self._gait.state in ON_THE_WAY
+            if self._gait.state not in UPRIGHT:
+                self._intake.forget_motors()
             taken = self._intake.joints(
                 message, now, walking=walking, tilt=self._tilt, driven=self._supervisor.drives
             )

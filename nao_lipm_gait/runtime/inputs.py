@@ -63,6 +63,7 @@ class JointInput:
     Attributes:
         names: Joints in any order; joints that the robot does not have are ignored.
         position: [rad], one for each name.
+        effort: Torques of the motors [N m], one for each name; NaN or empty = not measured.
         waited: Wall time [s] from the arrival of the message until it was taken; for reports only.
         arrived: Time of its arrival [ns] on the clock of the stamps; None if that is unknown.
     """
@@ -71,6 +72,7 @@ class JointInput:
     nanosec: int
     names: Sequence[str]
     position: Sequence[float]
+    effort: Sequence[float] = ()
     waited: float = 0.0
     arrived: int | None = None
 

@@ -44,6 +44,7 @@ class Gaps(NamedTuple):
         off_rate: The joint states come too rarely for the control period.
         wrong: Leg joints do not follow their targets, which stand in for them.
         gyro_jumps: The gyro is not used, and has to prove itself again.
+        limp: A leg motor gives no torque.
     """
 
     blind_since: int | None = None
@@ -52,6 +53,7 @@ class Gaps(NamedTuple):
     off_rate: bool = False
     wrong: bool = False
     gyro_jumps: bool = False
+    limp: bool = False
 
 
 COMPLETE = Gaps()
@@ -144,6 +146,10 @@ class Intake:
         """Another gait moves the robot: its joints need not follow the targets of this one."""
         self._validation.forget_wrong_joints()
 
+    def forget_motors(self) -> None:
+        """The robot lies, or a motion moves it: its leg motors are judged anew."""
+        self._validation.forget_motors()
+
     def sent(self, targets: JointTargets) -> None:
         """Keep targets that were sent."""
         self._last_sent = targets
@@ -217,10 +223,11 @@ class Intake:
         frames = tuple([self._aged(frame) for frame in frames])
         blind, unread = self._sync.blind_since, self._validation.unread_since
         wrong = bool(self._validation.joints.trouble)
-        if blind is None and unread is None and not (self._off_rate or wrong):
+        limp = bool(self._validation.motors.trouble)
+        if blind is None and unread is None and not (self._off_rate or wrong or limp):
             return Taken(frames, COMPLETE, new_time)
         behind, jumps = self._sync.imu_behind, self._validation.gyro_jumps
-        gaps = Gaps(blind, behind, unread, self._off_rate, wrong, jumps)
+        gaps = Gaps(blind, behind, unread, self._off_rate, wrong, jumps, limp)
         return Taken(frames, gaps, new_time)
 
     def _aged(self, frame: SensorFrame) -> SensorFrame:

@@ -195,6 +195,9 @@ class Supervisor:
         if leg:
             self._sit_down(leg)
         stands = self._sensors_are_missing(stamp, gaps) or gaps.off_rate or gaps.wrong
+        if gaps.limp:
+            stands = True
+            gait.set_down()
         if gaps.wrong and gait.state in ON_THE_WAY and gait.status.step_count <= FIRST_STEPS:
             self.restart()  # the foot goes down where it is: wrong joints have led it
         if gaps.gyro_jumps and gait.state in ON_THE_WAY:

@@ -6,7 +6,8 @@ A message passes these checks in this order:
 2. stuck sensors: the same numbers again and again while the robot moves;
 3. spikes: a change that the robot cannot make from one sample to the next, or that a gyro does not
    confirm with its next one. The accelerometer's value of the same sample is not used either;
-4. joints that do not follow their targets, until they have proved themselves: `JointCheck`.
+4. joints that do not follow their targets, until they have proved themselves: `JointCheck`;
+   after that, motors that give no torque: `MotorWatch`.
 
 While joints cannot be read, are stuck, show a spike or are wrong, the walk continues on the
 positions that were commanded one feedback delay earlier. They are known well enough for a short
@@ -23,6 +24,7 @@ import numpy as np
 from nao_lipm_gait.runtime.diagnostics import SENSORS, Diagnostics
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
 from nao_lipm_gait.runtime.joint_check import JointCheck
+from nao_lipm_gait.runtime.motor_watch import NEWER, OLDER, MotorWatch
 from nao_lipm_gait.runtime.stamps import LONGEST_GAP
 from robot_core.errors import NaoGaitError
 from robot_core.log import Level
@@ -115,6 +117,12 @@ class JointReader:
                 f"a finite number from {self._lower[bad]:.3g} to {self._upper[bad]:.3g} rad",
             )
         return q
+
+    def effort(self, message: JointInput) -> FloatArray | None:
+        """Motor torques (n,) [N m] of the message that was read last; None if it has none."""
+        if len(message.effort) != len(message.position):
+            return None
+        return np.asarray(message.effort, dtype=float)[self._indices]
 
     def _indices_of(self, names: Sequence[str]) -> np.ndarray:
         if names == self._names:  # the usual case: the same sender as before
@@ -234,6 +242,16 @@ class CommandHistory:
                 return targets.pose if age < COMMAND_AGE and targets.stiffness > 0.0 else None
         return None
 
+    def positions_between(self, first: int, last: int) -> list[FloatArray]:
+        """The targets (n,) [rad] of stamps from `first` to `last` [ns]."""
+        found = []
+        for targets in reversed(self._sent):
+            if targets.stamp < first:
+                break
+            if targets.stamp <= last:
+                found.append(targets.pose)
+        return found
+
 
 class SensorValidation:
     """Turns sensor messages into samples that the gait can use.
@@ -245,6 +263,7 @@ class SensorValidation:
 
     Attributes:
         joints: Whether they follow their targets.
+        motors: Whether those of the legs give torque.
         unread_since: Stamp of the first of the joint states in a row that were substituted at least
             in part [ns]; None while joints are read.
     """
@@ -252,6 +271,7 @@ class SensorValidation:
     def __init__(self, robot: RobotDescription, period: float, say: Diagnostics) -> None:
         self._say = say
         self.joints = JointCheck(robot, period)
+        self.motors = MotorWatch(robot, period)
         self._reader = JointReader(robot)
         self._names = robot.joint_names
         self._period = period
@@ -281,6 +301,7 @@ class SensorValidation:
         self._forget_repeats(joints.position)
         self._commands.clear()
         self.joints.restart()
+        self.motors.restart()
         self.unread_since = None
         self._joints_at = joints.stamp
         self._joint_steps.restart(joints.position)
@@ -292,6 +313,11 @@ class SensorValidation:
         if self.joints.trouble:
             self.joints.restart()
             self._say.end("wrong joints", "the leg joints follow the targets of another gait")
+
+    def forget_motors(self) -> None:
+        """The robot lies, or a motion moves it: its legs are judged anew in the next walk."""
+        if self.motors.trouble:
+            self.motors.restart()
 
     def sent(self, targets: JointTargets) -> None:
         """Keep targets that were sent; they stand in for joints that cannot be read."""
@@ -454,6 +480,8 @@ class SensorValidation:
         ticks = max(1, round(elapsed / self._period))
         wrong = self._are_wrong(position, commanded if driven else None, walking, ticks)
         position = self._without_spikes(stamp, position, commanded)
+        judged = driven and walking and commanded is not None
+        self._watch_motors(message, position, stamp - delay if judged else None, ticks)
         self._joints_at = stamp
         return JointSample(stamp, commanded if wrong and commanded is not None else position)
 
@@ -472,6 +500,23 @@ class SensorValidation:
             return False
         self._say.begin(SENSORS, Level.ERROR, "wrong joints", check.trouble)
         return True
+
+    def _watch_motors(
+        self, message: JointInput, position: FloatArray, due: int | None, ticks: int
+    ) -> None:
+        """Compare joints (n,) [rad] with targets around the stamp `due` [ns]; None: not now."""
+        motors = self.motors
+        if motors.trouble:
+            self._say.begin(SENSORS, Level.ERROR, "motor", motors.trouble)
+            return
+        self._say.end("motor", "the leg motors are judged again")
+        effort = None if due is None else self._reader.effort(message)
+        if due is None or effort is None:
+            motors.interrupt()
+            return
+        step = round(self._period * 1e9)
+        first, last = due - OLDER * step, due + NEWER * step
+        motors.update(position, effort, self._commands.positions_between(first, last), ticks)
 
     def _are_stuck(
         self, position: FloatArray, commanded: FloatArray | None, walking: bool

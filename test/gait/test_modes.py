@@ -537,3 +537,16 @@ def test_a_simulated_robot_changes_modes_by_the_table() -> None:
     assert states[:7] == [STAND, WALK, STOP, STAND, *rising]
     assert states[7:9] == [FALLEN, GETTING_UP]
     assert states[-3:] == [STAND, WALK, RELAXED]
+
+
+def test_feet_that_must_be_set_down_end_a_walk_at_once_and_take_no_step() -> None:
+    machine = walking()
+    machine.requests.set_down = True
+    machine.tick(FORWARD)
+    assert machine.state is STAND
+    machine.robot.tipping_com = (0.1, 0.0, 0.0, 0.0)
+    machine.requests.set_down = True
+    machine.tick()
+    assert machine.state is STAND
+    machine.tick()
+    assert machine.state is WALK  # nothing forbids the step any more

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nao_lipm_gait.whole_body.stand_blend import REACHED, STAND_TIME, StandBlend
+from nao_lipm_gait.whole_body.stand_blend import REACHED, SET_DOWN_TIME, STAND_TIME, StandBlend
 
 DT, DURATION = 0.01, STAND_TIME
 STAND = np.array((0.3, -0.2, 0.0))
@@ -47,4 +47,12 @@ def test_a_new_blend_forgets_the_watched_joints_of_the_last_one() -> None:
     blend = StandBlend()
     blend.begin(STAND, watched=(0,))
     blend.begin(STAND)
+    assert len(ticks(blend)) == round(DURATION / DT)
+
+
+def test_feet_that_are_set_down_are_there_sooner() -> None:
+    blend = StandBlend()
+    blend.begin(STAND + 0.4, time=SET_DOWN_TIME)
+    assert len(ticks(blend)) == round(SET_DOWN_TIME / DT)
+    blend.begin(STAND + 0.4)
     assert len(ticks(blend)) == round(DURATION / DT)

@@ -93,7 +93,7 @@ class Robot:
             rate = (self.gyro_noise, 0.0, 0.0)
             imu = ImuInput(*stamp, rate, (x, y, z + self._noise))
             self.take(self.controller.receive("imu/data", lambda: imu))
-        joints = JointInput(sec, nanosec, NAMES, self.pose, self.joints_waited)
+        joints = JointInput(sec, nanosec, NAMES, self.pose, waited=self.joints_waited)
         self.take(self.controller.receive("joint_states", lambda: joints))
 
     def drive(self, x: float) -> None:

@@ -174,3 +174,13 @@ def test_each_requested_motion_has_a_result() -> None:
     assert refused.startswith("fly: refused, motion: got 'fly'")
     assert (replaced, done) == ("sit: replaced by sit", "sit: done")
     assert robot.supervisor.take_results() == ()
+
+
+def test_a_limp_motor_ends_the_walk_in_this_tick() -> None:
+    robot = Supervised()
+    for _ in range(100):
+        robot.command()
+    assert robot.gait.state is GaitState.WALK
+    for _ in range(150):
+        assert robot.command(Gaps(limp=True)) == STANDSTILL
+        assert robot.gait.state is GaitState.STAND

@@ -83,6 +83,7 @@ def test_ideal_is_rigid_exact_and_in_time() -> None:
     sensors = plant.sensors
     assert sensors.delay == sensors.encoder_bits == 0
     assert sensors.gyro_noise == sensors.gyro_bias == sensors.accel_noise == 0.0
+    assert sensors.effort_noise == 0.0
     assert plant.variation == Variation(0.0, 0.0, 0.0, 0.0, None, None, None)
 
 
