@@ -74,6 +74,7 @@ class Identity:
         players: Number of players of the team.
         waits: It stands until a referee is heard. If not, it plays at once.
         roles: It agrees with its team mates who goes to the ball. If not, it always goes.
+        color: `red` or `blue`, as which its team is seen; empty = not known.
     """
 
     team: int
@@ -81,6 +82,7 @@ class Identity:
     players: int = 2
     waits: bool = True
     roles: bool = True
+    color: str = ""
 
 
 class Player:
@@ -115,7 +117,7 @@ class Player:
         duel: DuelSettings | None = None,
     ) -> None:
         self.identity = identity
-        self.world = WorldModel(settings)
+        self.world = WorldModel(settings, identity.color)
         self.link = TeamLink(identity.team, identity.player, settings.field, identity.players)
         self.role = Role.SUPPORTER
         self.game = GameState(phase=Phase.INITIAL if identity.waits else Phase.PLAYING)
@@ -405,7 +407,7 @@ class Player:
             role=self.role,
             seconds_to_ball=self._seconds_to_ball(state),
             ball=ball,
-            robots=_seen(state),
+            robots=seen_robots(state, self.identity.color),
         )
 
     def return_message(self) -> bytes:
@@ -425,12 +427,12 @@ class Player:
         ).encode()
 
 
-def _seen(state: WorldState) -> tuple[TeamRobot, ...]:
+def seen_robots(state: WorldState, color: str) -> tuple[TeamRobot, ...]:
     """The robots that the own cameras saw lately, for team messages; the nearest first."""
     if not state.own.valid:
         return ()
     return tuple(
-        TeamRobot(each.position_in_field, each.age)
+        TeamRobot(each.position_in_field, each.age, each.team == color)
         for each in state.obstacles
         if not each.by_team and each.age < ROBOT_AGE
     )

@@ -335,7 +335,9 @@ def parts_of(scene: Scene) -> tuple[Field, Goals, SceneBall]:
 def identity_of(robot: SceneRobot, scene: Scene, *, waits: bool, roles: bool = True) -> Identity:
     """Who a robot of a scene is."""
     players = sum(each.team == robot.team for each in scene.robots)
-    return Identity(TEAM_NUMBERS[robot.team], robot.number, players, waits, roles)
+    return Identity(
+        TEAM_NUMBERS[robot.team], robot.number, players, waits, roles, robot.team
+    )
 
 
 def with_robots(

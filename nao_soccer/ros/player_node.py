@@ -82,14 +82,15 @@ class PlayerNode(Node):
         scene = load_parameter_file(self, SCENE, settings_of_scene)
         start = load_parameter_file(self, START, _pose)
         seed = declare(self, SEED)
-        number = declare(self, TEAM_NUMBER)
-        number = number or TEAM_NUMBERS[declare(self, TEAM)]
+        number, color = declare(self, TEAM_NUMBER), declare(self, TEAM)
+        number = number or TEAM_NUMBERS[color]
         identity = Identity(
             number,
             declare(self, NUMBER),
             declare(self, PLAYERS),
             waits=declare(self, REFEREE),
             roles=declare(self, ROLES),
+            color=color,
         )
         self._player = Player(identity, robot, WorldSettings.on(scene, seed), start)
         self._radius = scene.ball_radius

@@ -20,13 +20,15 @@ PORT_BASE = 10000
 """UDP port of a team = this plus its number."""
 ROBOTS_MAX = 8
 """Number of robots that a message tells of, at most."""
+ROBOT_AGE_MAX = 2.5
+"""[s] The longest time since a robot was seen that can be told; more is told as this."""
 NEVER = 60.0
 """[s] The longest time that can be told; more is told as this."""
 
 _MAGIC = b"nlgT"
 _VERSION = 2
 _LAYOUT = struct.Struct("<4s4BHI3hHB2h2h2H")
-_ROBOT = struct.Struct("<2hH")
+_ROBOT = struct.Struct("<2h2B")
 SIZES = range(_LAYOUT.size, _LAYOUT.size + ROBOTS_MAX * _ROBOT.size + 1, _ROBOT.size)
 """[bytes] of a message, by the number of robots."""
 _ROLES = tuple(Role)
@@ -102,9 +104,12 @@ class TeamMessage:
                 _mm(ball.deviation), round(100.0 * min(ball.age, NEVER)),
             )  # fmt: skip
             return data + b"".join(
-                _ROBOT.pack(_mm(place[0]), _mm(place[1]), round(100.0 * min(age, NEVER)))
-                for place, age in self.robots[:ROBOTS_MAX]
-            )
+                _ROBOT.pack(
+                    _mm(each.position[0]), _mm(each.position[1]),
+                    round(100.0 * min(each.age, ROBOT_AGE_MAX)), each.mate,
+                )
+                for each in self.robots[:ROBOTS_MAX]
+            )  # fmt: skip
         except (struct.error, ValueError, OverflowError) as error:
             raise NaoGaitError("team message", str(self), f"values that fit ({error})") from error
 
@@ -136,8 +141,8 @@ def decode(data: bytes) -> TeamMessage:
         bool(flags & _VALID), bool(flags & _FALLEN), bool(flags & _PENALIZED),
         _ROLES[role], min(eta / 100.0, NEVER), ball,
         tuple(
-            TeamRobot((x / 1000.0, y / 1000.0), age / 100.0)
-            for x, y, age in _ROBOT.iter_unpack(data[_LAYOUT.size :])
+            TeamRobot((x / 1000.0, y / 1000.0), age / 100.0, bool(mate))
+            for x, y, age, mate in _ROBOT.iter_unpack(data[_LAYOUT.size :])
         ),
     )  # fmt: skip
 

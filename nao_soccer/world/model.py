@@ -21,10 +21,18 @@ from nao_soccer.world.obstacles import ObstacleFilter, near
 from nao_soccer.world.odometry import Displacement, OdometryHistory
 from nao_soccer.world.planar_track import matrix, point, triple
 from nao_soccer.world.settings import WorldSettings
-from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, TeamMate, WorldState
+from nao_soccer.world.state import (
+    BallEstimate,
+    Obstacle,
+    PoseEstimate,
+    TeamMate,
+    TeamRobot,
+    WorldState,
+)
 from nao_soccer.world.team_knowledge import (
     SAME_ROBOT,
     TeamKnowledge,
+    half_by_robots,
     in_field,
     own_team_ball,
     with_told,
@@ -56,11 +64,16 @@ VARIANCE_MIN, VARIANCE_MAX = 1e-8, 1e4
 class WorldModel:
     """Percepts, odometry and team messages in; `WorldState` out.
 
+    Args:
+        settings: Field and filters.
+        color: `red` or `blue`, as which the own team is seen; empty = not known.
+
     Attributes:
         localization: The particles.
     """
 
-    def __init__(self, settings: WorldSettings) -> None:
+    def __init__(self, settings: WorldSettings, color: str = "") -> None:
+        self._color = color
         self._field = FieldMap(settings.field, settings.goals, settings.poles)
         self.localization = Localization(self._field, settings)
         self._ball = BallFilter(settings.slowdown)
@@ -166,6 +179,8 @@ class WorldModel:
         """What a team mate told of itself."""
         if self._team.add(mate):
             self._judge_half()
+            if self._upright and self._color:
+                self._judge_by_robots(mate)
 
     def start(self, poses: tuple[Pose2, ...], place: float = 0.2, heading: float = 0.2) -> None:
         """The robot now is at one of these poses in `field`; see `Localization.start`."""
@@ -211,6 +226,16 @@ class WorldModel:
         ball = self._own_ball(own, motion, 0.0)
         for log_ratio in self._team.half_evidence(self._time, own, ball):
             self.localization.judge_half(log_ratio)
+
+    def _judge_by_robots(self, mate: TeamMate) -> None:
+        """Compare where this robot and a team mate are with where they see robots of their team."""
+        own = self.localization.estimate()
+        seen = [
+            TeamRobot(compose(own.pose, (*point(robot.track.mean), 0.0))[:2], robot.age, True)
+            for robot in self._obstacles.robots
+            if robot.team == self._color and robot.age < RECENT
+        ]
+        self.localization.judge_half(half_by_robots(own, mate, seen))
 
     def _advance(self, stamp: int) -> None:
         """Bring all filters to a time [ns]."""

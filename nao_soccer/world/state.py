@@ -129,10 +129,12 @@ class TeamRobot(NamedTuple):
     Attributes:
         position: [m] in `field`.
         age: [s] since the team mate saw it, when it told of it.
+        mate: It has the colour of the own team.
     """
 
     position: Point2
     age: float
+    mate: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,14 @@ import numpy as np
 
 from nao_soccer.vision.percepts import Covariance2
 from nao_soccer.world.planar_track import matrix, point, triple
-from nao_soccer.world.state import BallEstimate, Obstacle, PoseEstimate, TeamBall, TeamMate
+from nao_soccer.world.state import (
+    BallEstimate,
+    Obstacle,
+    PoseEstimate,
+    TeamBall,
+    TeamMate,
+    TeamRobot,
+)
 from robot_core.geometry import compose, relative, rotate_planar
 from robot_core.types import FloatArray, Point2
 
@@ -28,7 +35,7 @@ GATE = 12.0
 WRONG = 0.1
 """Share of told balls that are wrong."""
 RATIO_SHARE = 0.5
-"""Weight of one comparison of balls; those of two messages are not independent."""
+"""Weight of one comparison of balls or robots; those of two messages are not independent."""
 ROBOT_MAX = 2.0
 """[s] For which another robot is where a team mate told."""
 SAME_ROBOT = 0.5
@@ -120,6 +127,36 @@ class TeamKnowledge:
         moving = min(told, key=lambda each: each[3])[0].ball
         velocity = (0.0, 0.0) if moving is None else moving.velocity
         return _from_field(own, place, covariance, velocity, min(each[2] for each in places))
+
+
+def half_by_robots(own: PoseEstimate, mate: TeamMate, seen: list[TeamRobot]) -> float:
+    """Log-likelihood ratio of the own pose over its mirror pose, by who sees whom.
+
+    Robots of the own colour that this robot has `seen` are compared with where the team mate is,
+    those that the team mate saw with where this robot is. Other colours would mislead: before a
+    kick-off opponents stand where the own mirror pose is.
+    """
+    spread = max(own.covariance.xx, own.covariance.yy)
+    if not mate.valid or spread > PLACE_MAX**2:
+        return 0.0
+
+    def ratio(robots: list[TeamRobot], place: Point2) -> float:
+        if not robots:
+            return 0.0
+        fits = [
+            [
+                _log_fit(
+                    np.array(each.position) - side * np.array(place),
+                    (spread + TEAM_ERROR**2 + (BALL_DRIFT * each.age) ** 2) * np.eye(2),
+                )
+                for each in robots
+            ]
+            for side in (1.0, -1.0)
+        ]
+        return max(fits[0]) - max(fits[1])
+
+    told = [each for each in mate.robots if each.mate]
+    return RATIO_SHARE * (ratio(told, own.pose[:2]) + ratio(seen, mate.pose[:2]))
 
 
 def in_field(

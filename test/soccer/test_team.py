@@ -14,6 +14,7 @@ from nao_soccer.game_state import Role
 from nao_soccer.team.link import PERIOD, SILENCE, TeamLink
 from nao_soccer.team.message import (
     NEVER,
+    ROBOT_AGE_MAX,
     ROBOTS_MAX,
     SIZE_MAX,
     SIZES,
@@ -38,7 +39,7 @@ balls = st.builds(
     st.floats(0.0, 100.0),
 )  # fmt: skip
 
-robots = st.builds(TeamRobot, st.tuples(meters, meters), st.floats(0.0, 100.0))
+robots = st.builds(TeamRobot, st.tuples(meters, meters), st.floats(0.0, 100.0), st.booleans())
 
 
 @given(
@@ -64,7 +65,8 @@ def test_what_was_told_is_heard(message: TeamMessage) -> None:
     assert len(heard.robots) == len(told)
     for one, other in zip(heard.robots, told, strict=True):
         assert one.position == pytest.approx(other.position, abs=1e-3)
-        assert one.age == pytest.approx(min(other.age, NEVER), abs=0.01)
+        assert one.age == pytest.approx(min(other.age, ROBOT_AGE_MAX), abs=0.01)
+        assert one.mate == other.mate
     exact = ("team", "player", "count", "time", "valid", "fallen", "penalized", "role")
     assert all(getattr(heard, name) == getattr(message, name) for name in exact)
 

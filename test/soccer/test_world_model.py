@@ -40,12 +40,18 @@ class Run:
         delay: Of the images [ms].
         knows_delay: Percepts have the time of their image.
         ball: On the field [m].
+        color: Of the own team.
     """
 
     def __init__(
-        self, delay: int = 0, *, knows_delay: bool = True, ball: Point2 | None = (0.3, 0.2)
+        self,
+        delay: int = 0,
+        *,
+        knows_delay: bool = True,
+        ball: Point2 | None = (0.3, 0.2),
+        color: str = "",
     ) -> None:
-        self.world = WorldModel(SETTINGS)
+        self.world = WorldModel(SETTINGS, color)
         self.looking = Looking(self.world.map)
         self.world.start((START,))
         self.truth: Pose2 = START
@@ -328,6 +334,40 @@ def test_of_a_robot_the_newest_place_counts_whoever_saw_it():
         unseen = [each for each in state.obstacles if each.team is None]
         assert len(unseen) == 1 + (age < 1.0)  # the mate itself, always
         assert all(math.hypot(*each.position) > 0.3 for each in unseen)
+
+
+@pytest.mark.parametrize("sees", ["this robot", "the mate"])
+def test_a_robot_in_the_wrong_half_turns_when_it_and_its_mate_see_each_other(sees: str):
+    run = Run(ball=None, color="red")
+    run.world.start((compose((0.0, 0.0, math.pi), START),))
+    run.go(0.5)
+    assert run.place_error(run.world.state()) > 2.0
+    mate = 0.3, 0.6, 0.0
+    for _ in range(16):
+        run.go(0.5)
+        told = ()
+        if sees == "the mate":
+            told = TeamRobot(run.truth[:2], 0.0, mate=True), TeamRobot((1.2, 0.3), 0.0)
+        else:
+            for kind, place in ((Kind.ROBOT_RED, mate), (Kind.ROBOT_BLUE, (-0.3, -0.6, 0.0))):
+                x, y, _ = relative(place, run.truth)
+                seen = run.eyes.see(run.stamp, run.truth)
+                run.world.add_percepts(
+                    replace(seen, objects=(*seen.objects, percept(kind, (x, y))))
+                )
+        run.world.add_mate(TeamMate(2, run.stamp, mate, True, robots=told))
+    assert run.place_error(run.go(0.5)) < 0.1
+
+
+def test_opponents_at_the_mirror_pose_do_not_count():
+    run = Run(ball=None, color="red")
+    run.go(0.5)
+    for _ in range(20):
+        state = run.go(0.5)
+        there = TeamRobot((-run.truth[0], -run.truth[1]), 0.0)
+        run.world.add_mate(TeamMate(2, run.stamp, (-0.5, 0.5, 0.0), True, robots=(there,)))
+    assert state.own.valid
+    assert run.place_error(state) < 0.1
 
 
 def test_an_old_ball_of_a_team_mate_is_not_used():
