@@ -5,7 +5,7 @@ not is forced away, by a floor or by another robot, and its motor pulls back; or
 torque. What the motor gives tells them apart, on a robot that measures it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -40,11 +40,12 @@ class MotorWatch:
 
     def __init__(self, robot: RobotDescription, period: float) -> None:
         followers = {follower for _, follower in robot.coupled_joints}  # without a motor
-        names = dict.fromkeys((*robot.left_leg.names, *robot.right_leg.names))
-        self._names = [name for name in names if name not in followers]
-        self._index = np.array([robot.index(name) for name in self._names])
+        legs = {*robot.left_leg.names, *robot.right_leg.names} - followers
+        self._names = robot.joint_names
         motors = [robot.motors[name] for name in self._names]
-        self._no_torque = NO_TORQUE * np.array([motor.stall_torque for motor in motors])
+        judged = np.array([name in legs for name in self._names])
+        stall = np.array([motor.stall_torque for motor in motors])
+        self._no_torque = np.where(judged, NO_TORQUE * stall, -1.0)
         self._fast = FAST * period * np.array([motor.no_load_speed for motor in motors])
         self.restart()
 
@@ -53,6 +54,7 @@ class MotorWatch:
         self.trouble = ""
         self._pulled = np.zeros(len(self._names), dtype=bool)
         """A driver may fill in zeros for a torque that is not measured."""
+        self._all_pulled = False
         self.interrupt()
 
     def interrupt(self) -> None:
@@ -62,39 +64,50 @@ class MotorWatch:
         self._count = np.zeros(len(self._names), dtype=int)
 
     def update(
-        self, measured: FloatArray, effort: FloatArray, targets: Sequence[FloatArray], ticks: int
+        self,
+        measured: FloatArray,
+        effort: FloatArray,
+        target: FloatArray,
+        around: Callable[[], Sequence[FloatArray]],
+        ticks: int,
     ) -> None:
         """One reading of a robot that walks.
 
         Args:
             measured: Joint angles (n,) [rad].
             effort: Motor torques (n,) [N m]; NaN where they are not measured.
-            targets: Those (n,) [rad] of `OLDER` control periods before to `NEWER` after the one
-                that the reading should show.
+            target: Joint angles (n,) [rad] that the reading should show.
+            around: Returns the targets (n,) [rad] of `OLDER` control periods before to `NEWER`
+                after that one, itself included.
             ticks: Control periods since the last reading.
         """
         if ticks > BRIDGED:
             self.interrupt()
         self._unsettled = max(0, self._unsettled - 1)
-        idle = ~(np.abs(effort[self._index]) > self._no_torque)  # true for NaN
-        self._pulled |= ~idle
-        now, last = measured[self._index], self._last
-        self._last = now
-        if last is None or self._unsettled or self.trouble or not targets:
+        if not self._all_pulled:
+            self._pulled |= np.abs(effort) > self._no_torque
+            self._all_pulled = bool(self._pulled.all())
+        last, self._last = self._last, measured
+        if last is None or self._unsettled or self.trouble:
+            return
+        limp = np.abs(measured - target) > LEFT
+        if limp.any():
+            limp &= self._pulled & (np.abs(effort) <= self._no_torque)  # false for NaN
+        if not limp.any():
             self._count[:] = 0
             return
-        wanted = np.array(targets)[:, self._index]
-        above, below = now - wanted.max(axis=0), wanted.min(axis=0) - now
+        wanted = np.array(around())
+        above, below = measured - wanted.max(axis=0), wanted.min(axis=0) - measured
         left = np.maximum(above, below)
-        back = np.where(above > below, last - now, now - last)
+        back = np.where(above > below, last - measured, measured - last)
         # A reading that does not change at all is of an encoder that is stuck.
-        limp = (left > LEFT) & idle & self._pulled & (back < ticks * self._fast) & (now != last)
+        limp &= (left > LEFT) & (back < ticks * self._fast) & (measured != last)
         self._count = np.where(limp, self._count + 1, 0)
         if self._count.max() < TICKS:
             return
         joint = int(np.argmax(self._count))
         self.trouble = (
-            f"joint_states effort[{self._names[joint]}]: got {effort[self._index[joint]]:.2g} N m, "
+            f"joint_states effort[{self._names[joint]}]: got {effort[joint]:.2g} N m, "
             f"{left[joint]:.2g} rad outside its last targets; allowed: at least "
             f"{self._no_torque[joint]:.2g} N m from {LEFT:g} rad on; motor off? The robot stands"
         )

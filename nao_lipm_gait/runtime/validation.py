@@ -480,8 +480,8 @@ class SensorValidation:
         ticks = max(1, round(elapsed / self._period))
         wrong = self._are_wrong(position, commanded if driven else None, walking, ticks)
         position = self._without_spikes(stamp, position, commanded)
-        judged = driven and walking and commanded is not None
-        self._watch_motors(message, position, stamp - delay if judged else None, ticks)
+        target = commanded if driven and walking else None
+        self._watch_motors(message, position, target, stamp - delay, ticks)
         self._joints_at = stamp
         return JointSample(stamp, commanded if wrong and commanded is not None else position)
 
@@ -502,21 +502,26 @@ class SensorValidation:
         return True
 
     def _watch_motors(
-        self, message: JointInput, position: FloatArray, due: int | None, ticks: int
-    ) -> None:
-        """Compare joints (n,) [rad] with targets around the stamp `due` [ns]; None: not now."""
+        self, message: JointInput, position: FloatArray, target: FloatArray | None, due: int,
+        ticks: int,
+    ) -> None:  # fmt: skip
+        """Compare joints (n,) [rad] with the target of the stamp `due` [ns]; None: not now."""
         motors = self.motors
         if motors.trouble:
             self._say.begin(SENSORS, Level.ERROR, "motor", motors.trouble)
             return
         self._say.end("motor", "the leg motors are judged again")
-        effort = None if due is None else self._reader.effort(message)
-        if due is None or effort is None:
+        effort = None if target is None else self._reader.effort(message)
+        if target is None or effort is None:
             motors.interrupt()
             return
         step = round(self._period * 1e9)
         first, last = due - OLDER * step, due + NEWER * step
-        motors.update(position, effort, self._commands.positions_between(first, last), ticks)
+
+        def around() -> list[FloatArray]:
+            return [target, *self._commands.positions_between(first, last)]
+
+        motors.update(position, effort, target, around, ticks)
 
     def _are_stuck(
         self, position: FloatArray, commanded: FloatArray | None, walking: bool

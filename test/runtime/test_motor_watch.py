@@ -1,5 +1,7 @@
 """A leg motor without torque is noticed in the walk; what only looks like one is not."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -40,14 +42,19 @@ def leaving(rate: float) -> FloatArray:
     return measured
 
 
+def around(wanted: FloatArray, tick: int) -> Callable[[], list[FloatArray]]:
+    """The targets about a tick."""
+    return lambda: list(wanted[tick - OLDER : tick + NEWER + 1])
+
+
 def found_at(
     measured: FloatArray, effort: FloatArray = IDLE, before: FloatArray = PULLING
 ) -> tuple[int, str] | None:
     """The tick at which the watch finds a joint, and what it says of it."""
     watch, wanted = MotorWatch(ROBOT, 0.01), steps()
     for tick in range(OLDER, TOTAL - NEWER):
-        targets = list(wanted[tick - OLDER : tick + NEWER + 1])
-        watch.update(measured[tick], before if tick < FAILS else effort, targets, 1)
+        now = before if tick < FAILS else effort
+        watch.update(measured[tick], now, wanted[tick], around(wanted, tick), 1)
         if watch.trouble:
             return tick, watch.trouble
     return None
@@ -82,8 +89,8 @@ def test_a_motor_at_its_top_speed_gives_no_torque() -> None:
     measured[FAILS:, KNEE] = 2.0 - 0.07 * np.arange(TOTAL - FAILS)
     watch, wanted = MotorWatch(ROBOT, 0.01), steps()
     for tick in range(FAILS - 2 * UNSETTLED, FAILS + 20):
-        targets = list(wanted[tick - OLDER : tick + NEWER + 1])
-        watch.update(measured[tick], IDLE if tick >= FAILS else PULLING, targets, 1)
+        now = PULLING if tick < FAILS else IDLE
+        watch.update(measured[tick], now, wanted[tick], around(wanted, tick), 1)
     assert watch.trouble == ""
 
 
@@ -102,10 +109,11 @@ def test_a_single_wrong_reading_is_no_motor() -> None:
 def test_after_a_gap_the_joints_may_be_anywhere() -> None:
     watch, wanted = MotorWatch(ROBOT, 0.01), steps()
     for tick in range(OLDER, FAILS):
-        watch.update(wanted[tick], PULLING, list(wanted[tick - OLDER : tick + NEWER + 1]), 1)
+        watch.update(wanted[tick], PULLING, wanted[tick], around(wanted, tick), 1)
     for more in range(UNSETTLED - 1):
         off = wanted[FAILS] + 0.5 + 0.001 * more
-        watch.update(off, IDLE, [wanted[FAILS]] * 3, 1 if more else BRIDGED + 1)
+        ticks = 1 if more else BRIDGED + 1
+        watch.update(off, IDLE, wanted[FAILS], around(wanted, FAILS), ticks)
     assert watch.trouble == ""
 
 
