@@ -18,6 +18,10 @@ STROKE_TIME = 0.5
 """[s] in which a robot hits the ball once: the time of a step."""
 DRIBBLES = ": dribble", ": push"
 """Ends of what a dribbling robot does."""
+PLAYS = "play the ball: "
+"""Beginning of what a robot does that plays the ball."""
+TOUCHED_WITHIN = 0.5
+"""[m] from the middle of a robot to a ball that it has touched since the last frame."""
 LYING = {state.value for state in (*DOWN, GETTING_UP)}
 
 
@@ -113,15 +117,23 @@ def is_turned(heading: float, estimated: float) -> bool:
 def wrong_half(goals: Sequence[Goal], frames: Sequence[Snapshot]) -> int:
     """Number of goals into the own goal by robots that took it for the opponents'.
 
-    A ball that a defender only deflects is an own goal too, but none of these; nor is one off a
-    robot that lies or gets up, whose heading says nothing.
+    What counts is what the robot believed and did when it was at the ball last. A ball that only
+    bounces off a defender is an own goal too, but none of these: one that does not play the ball,
+    because it gets up or looks for its place, takes no goal for another one.
     """
     count = 0
     for goal in goals:
-        before = next((each for each in reversed(frames) if each.time <= goal.time), None)
-        robot = None if before is None else before.robots.get(goal.player)
-        if goal.own and robot is not None and not robot.down:
-            count += robot.turned
+        moments = (
+            (each.robots[goal.player], each.ball)
+            for each in reversed(frames)
+            if goal.own and each.time <= goal.time and goal.player in each.robots
+        )
+        at_ball = (
+            robot for robot, ball in moments if math.dist((robot.x, robot.y), ball) < TOUCHED_WITHIN
+        )
+        robot = next(at_ball, None)
+        if robot is not None and robot.turned:
+            count += any(each.startswith(PLAYS) for each in robot.path)
     return count
 
 

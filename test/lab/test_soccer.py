@@ -219,15 +219,24 @@ def test_a_duel_lasts_while_both_teams_are_at_the_ball_and_a_ball_that_lies_rest
 
 
 def test_an_own_goal_is_one_of_the_wrong_half_only_if_the_robot_took_it_for_the_others() -> None:
-    def frame(time: float, believed: float, state: str = "walk") -> Snapshot:
-        robot = RobotSnapshot(-1.5, 0.0, 3.1, state, "striker", "", is_turned(3.1, believed))
-        return Snapshot(time, (-2.0, 0.0), {"red1": robot}, "playing", (0, 0))
+    def frame(
+        time: float, believed: float, option: str = "play the ball: dribble", ball: float = -1.7
+    ) -> Snapshot:
+        path = ("player: upright", option)
+        robot = RobotSnapshot(
+            -1.5, 0.0, 3.1, "walk", "striker", option, is_turned(3.1, believed), path
+        )
+        return Snapshot(time, (ball, 0.0), {"red1": robot}, "playing", (0, 0))
 
     goal = Goal(10.0, "blue", "red1", True)
     assert wrong_half([goal], [frame(9.9, 0.1), frame(10.1, 3.0)]) == 1
     assert wrong_half([goal], [frame(9.9, 3.0), frame(10.1, 0.1)]) == 0
     assert wrong_half([goal._replace(own=False)], [frame(9.9, 0.1)]) == 0
-    assert wrong_half([goal], [frame(9.9, 0.1, "getting_up")]) == 0
+    assert wrong_half([goal], [frame(9.9, 0.1, "player: get up")]) == 0
+    assert wrong_half([goal], [frame(9.9, 0.1, "search for the ball: look")]) == 0
+    rolled = frame(9.9, 0.1, "supporter: support", ball=-2.2)  # what it believes later is no matter
+    assert wrong_half([goal], [frame(8.1, 0.1), rolled]) == 1
+    assert wrong_half([goal], [frame(8.1, 3.0), rolled]) == 0
 
 
 def test_a_stroke_is_a_ball_that_a_dribbling_robot_makes_faster() -> None:
