@@ -12,15 +12,25 @@ from robot_core.types import FloatArray
 
 WINDOW = 0.3
 """[s] over which a reading is compared."""
+PAIR_WINDOW = 0.1
+"""[s] over which left and right are compared: exchanged knees or hips of a robot whose motors give
+way fell it unless it stands 0.1 s after its first foot has lifted."""
+PAIR_DEVIATION = 0.03
+"""[rad] Least deviation of each of two joints that may be exchanged, and largest from each other's
+targets. Loads move both of them, and zeros are off by less."""
+FIRST_TIME = 0.5
+"""[s] from the beginning of a walk in which a joint may be out of its range: later that is a fault
+which may pass."""
 EVERY = 3
-"""Ticks between two comparisons."""
+"""Ticks between two comparisons of each joint."""
 LAGS = range(-6, 7)
 """Ticks by which a joint may be later than `feedback_delay` says: that may be wrong, too."""
 DEVIATION, YIELDING_DEVIATION = 0.014, 0.05
 """[rad] Deviation (root mean square) that needs an explanation, also of motors that give way.
 Healthy NAOs reach 0.01 in a stand and 0.08 in steps, which nothing else explains."""
 YIELDING_STUCK = 0.14
-"""[rad] Deviation of a motor that gives way from which on it may be stuck: friction holds it."""
+"""[rad] Deviation of a motor that gives way from which on it may be stuck, or turn half as far:
+friction or a load holds it."""
 BETTER = 10.0
 """Times by which the squares that another explanation leaves must be smaller."""
 NOISE = 0.004
@@ -68,6 +78,11 @@ class JointCheck:
         names = dict.fromkeys((*robot.left_leg.names, *robot.right_leg.names))
         self._names = list(names)
         self._index = [robot.index(name) for name in names]
+        sides = zip(robot.left_leg.names, robot.right_leg.names, strict=True)
+        pairs = np.array([[self._names.index(name) for name in pair] for pair in sides])
+        self._left, self._right = pairs[pairs[:, 0] != pairs[:, 1]].T
+        self._first = round(FIRST_TIME / period)
+        self._pair_ticks = round(PAIR_WINDOW / period)
         yields = bool(robot.soft_joint)
         self._deviation = YIELDING_DEVIATION if yields else DEVIATION
         self._stuck = YIELDING_STUCK if yields else DEVIATION
@@ -78,15 +93,24 @@ class JointCheck:
         self._measured, self._targets = np.zeros((2, 2 * self._size, len(self._names)))
         windows = sliding_window_view(self._targets, self._ticks, axis=0)
         self._windows: FloatArray = windows.transpose(0, 2, 1)
+        # The same of left minus right.
+        self._apart, self._wanted = np.zeros((2, 2 * self._size, len(self._left)))
+        self._pair_windows = sliding_window_view(self._wanted, self._pair_ticks, axis=0)
         self.restart()
 
     def restart(self) -> None:
         """The sensors may be others from here on."""
         self._proven = np.zeros(len(self._names), dtype=bool)
         self._final = self.done = False
+        self._found = 0
         self._wait = 0
         self.trouble = ""
         self.interrupt()
+
+    @property
+    def begins(self) -> bool:
+        """The first steps, in which readings that are refused are judged, too."""
+        return 0 < self._walked < self._first
 
     def interrupt(self, unsettled: int = 0) -> None:
         """The joints need not follow, or nobody knows their targets, nor for some readings more."""
@@ -111,14 +135,59 @@ class JointCheck:
             return
         for _ in range(ticks if self._rows else 1):
             place = self._rows % self._size
-            self._measured[place :: self._size] = measured[self._index]
-            self._targets[place :: self._size] = target[self._index]
+            self._measured[place :: self._size] = row = measured[self._index]
+            self._targets[place :: self._size] = wanted = target[self._index]
+            self._apart[place :: self._size] = row[self._left] - row[self._right]
+            self._wanted[place :: self._size] = wanted[self._left] - wanted[self._right]
             self._rows += 1
         self._walked = self._walked + 1 if walking else 0
         self._wait += 1
-        if self._wait >= EVERY and self._rows >= self._size and not self._final:
+        if self._final or self._exchanged():
+            return
+        if self._wait >= EVERY and self._rows >= self._size:
             self._wait = 0
             self._judge()
+
+    def _exchanged(self) -> bool:
+        """Whether a joint and its image in the other leg have each other's name.
+
+        The difference between left and right then follows its target with the wrong sign. A load
+        that moves both joints does not matter.
+        """
+        left, right, ticks = self._left, self._right, self._pair_ticks
+        if self._rows < ticks + LAGS[-1]:
+            return False
+        end = self._size + self._rows % self._size
+        first = end - ticks
+        apart, wanted = self._apart[first:end], self._pair_windows[first - LAGS[-1] : first + 1]
+        alike = np.einsum("ljt,tj->lj", wanted, apart) / ticks
+        if alike.min() > -0.9 * PAIR_DEVIATION**2:
+            return False  # none would be below
+        # Of half the difference, which is the deviation of each.
+        size = 0.25 * (np.mean(wanted**2, axis=2) + np.mean(apart**2, axis=0))
+        own, other = (size - 0.5 * alike).min(axis=0), (size + 0.5 * alike).min(axis=0)
+        pairs = (own > PAIR_DEVIATION**2) & (other < PAIR_DEVIATION**2)
+        pairs &= own > BETTER * (other + 0.5 * NOISE**2)
+        pairs &= ~(self._proven[left] & self._proven[right])
+        pairs &= np.ptp(apart, axis=0) >= MOVED  # else motors that are off
+        if pairs.any():  # their sum is as right as ever
+            measured, target = self._measured[first:end], self._targets[first - LAGS[-1] : end]
+            both = measured[:, left] + measured[:, right]
+            sums = sliding_window_view(target[:, left] + target[:, right], ticks, axis=0)
+            rest = 0.25 * np.mean((both.T - sums) ** 2, axis=2).min(axis=0)
+            pairs &= rest < PAIR_DEVIATION**2
+        if not pairs.any():
+            return False
+        if not self.trouble:
+            wrong = np.zeros(len(self._names), dtype=bool)
+            wrong[left[pairs]] = wrong[right[pairs]] = True
+            off = np.zeros(len(self._names))
+            off[left] = off[right] = own
+            guesses = np.array(self._names, dtype=object)
+            guesses[left], guesses[right] = guesses[right], guesses[left]
+            guesses = np.array([f"exchanged with {each}?" for each in guesses])
+            self._report(wrong, off, guesses, PAIR_WINDOW, PAIR_DEVIATION)
+        return True
 
     def _judge(self) -> None:
         measured, shifted = self._window()
@@ -130,14 +199,16 @@ class JointCheck:
         if suspect.any():
             left, guesses = self._explained(measured, shifted)
             named = suspect & (own > BETTER * (left + NOISE**2))
-            named &= (own > self._stuck**2) | (np.array(guesses) != STUCK) | (left < CONSTANT)
+            yielding = np.isin(guesses, (STUCK, SCALES[0.5]))
+            named &= (own > self._stuck**2) | ~yielding | (left < CONSTANT)
             gross = own > self._gross**2
             if gross.any():
                 gross &= self._lasting(off, rest) > self._gross**2
             wrong = named | gross
             if wrong.any():
                 if not self.trouble:
-                    self._report(wrong, own, np.where(named, guesses, OTHER))
+                    guessed = np.where(named, guesses, OTHER)
+                    self._report(wrong, own, guessed, WINDOW, self._deviation)
                 return
         self.trouble = ""
         if self._walked >= self._size:
@@ -200,16 +271,20 @@ class JointCheck:
         take(others.min(axis=1), named)
         return left, guesses
 
-    def _report(self, wrong: np.ndarray, own: FloatArray, guesses: np.ndarray) -> None:
+    def _report(
+        self, wrong: np.ndarray, own: FloatArray, guesses: np.ndarray, window: float, allowed: float
+    ) -> None:
         # Motors that are off may be switched on; then the joints follow.
         follows_nobody = wrong & np.isin(guesses, (STUCK, OTHER))
-        self._final = self._walked > 0 and 2 * follows_nobody.sum() <= len(self._names)
+        driven = 2 * follows_nobody.sum() <= len(self._names)
+        self._found += driven and wrong.sum() <= 2  # deg in a stand are wrong now and then
+        self._final = driven and (self._walked > 0 or self._found > 1)
         worst = int(np.argmax(np.where(wrong, own, 0.0)))
         more = [self._names[joint] for joint in np.flatnonzero(wrong) if joint != worst]
         also = f"; also {', '.join(more[:3])}{' and others' if len(more) > 3 else ''}"
         off = np.sqrt(own[worst])
         self.trouble = (
             f"joint_states position[{self._names[worst]}]: got {off:.2g} rad off its "
-            f"target for {WINDOW:g} s; allowed: {self._deviation:g} rad, or what loads explain; "
+            f"target for {window:g} s; allowed: {allowed:g} rad, or what loads explain; "
             f"{guesses[worst]}{also if more else ''}; the robot stands"
         )

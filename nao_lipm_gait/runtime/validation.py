@@ -36,6 +36,8 @@ MOST_JOINTS = 1000
 """Names in a message."""
 JOINT_MARGIN = 0.5
 """[rad] A position further beyond the joint limits than this is a broken reading."""
+ANGLE_ABSURD = 1000.0
+"""[rad] No angle in any unit."""
 ACCELERATION_ABSURD = 1000.0
 """[m/s^2] Beyond the range of any accelerometer of a robot."""
 ROTATION_ABSURD = 200.0
@@ -99,9 +101,12 @@ class JointReader:
         self._upper = robot.upper + JOINT_MARGIN
         self._names: list[str] | None = None
         self._indices = np.zeros(0, dtype=np.intp)
+        self.refused: FloatArray | None = None
+        """Position (n,) [rad] of the last message, if an angle is outside its range."""
 
     def read(self, message: JointInput) -> FloatArray:
         """Position (n,) [rad] of a message; NaoGaitError names the field that is refused."""
+        self.refused = None
         indices = self._indices_of(message.names)
         count = len(message.names)
         if len(message.position) != count:
@@ -110,6 +115,7 @@ class JointReader:
         q = np.asarray(message.position, dtype=float)[indices]
         inside = (q >= self._lower) & (q <= self._upper)  # false for NaN as well
         if not inside.all():
+            self.refused = q if np.abs(q).max() < ANGLE_ABSURD else None
             bad = int(np.argmin(inside))
             raise NaoGaitError(
                 f"joint_states position[{self._order[bad]}]",
@@ -286,6 +292,7 @@ class SensorValidation:
         self._force, self._force_right = GRAVITY, 0.0
         self._commands = CommandHistory()
         self._joints_at: int | None = None
+        self._compared_at: int | None = None
         self._forget_repeats(None)
         self.unread_since: int | None = None
 
@@ -303,7 +310,7 @@ class SensorValidation:
         self.joints.restart()
         self.motors.restart()
         self.unread_since = None
-        self._joints_at = joints.stamp
+        self._joints_at = self._compared_at = joints.stamp
         self._joint_steps.restart(joints.position)
         if not steady:
             self._gyro_steps.restart(None)
@@ -472,13 +479,16 @@ class SensorValidation:
             if commanded is None:
                 raise
             self._say.rejected["joint_states"] += 1
+            refused = self._reader.refused
+            if refused is not None and self.joints.begins:
+                self._are_wrong(stamp, refused, commanded if driven else None, walking)
             return self._substituted(stamp, commanded, str(error), error.field)
         if self._are_stuck(position, commanded, walking) and commanded is not None:
             trouble = "joint_states position: stuck while the robot walks"
             return self._substituted(stamp, commanded, trouble, trouble)
         elapsed = (stamp - (self._joints_at or 0)) * 1e-9
         ticks = max(1, round(elapsed / self._period))
-        wrong = self._are_wrong(position, commanded if driven else None, walking, ticks)
+        wrong = self._are_wrong(stamp, position, commanded if driven else None, walking)
         position = self._without_spikes(stamp, position, commanded)
         target = commanded if driven and walking else None
         self._watch_motors(message, position, target, stamp - delay, ticks)
@@ -486,9 +496,11 @@ class SensorValidation:
         return JointSample(stamp, commanded if wrong and commanded is not None else position)
 
     def _are_wrong(
-        self, position: FloatArray, commanded: FloatArray | None, walking: bool, ticks: int
+        self, stamp: int, position: FloatArray, commanded: FloatArray | None, walking: bool
     ) -> bool:
         check = self.joints
+        ticks = max(1, round((stamp - (self._compared_at or 0)) * 1e-9 / self._period))
+        self._compared_at = stamp
         if check.done:
             return False
         if commanded is None:

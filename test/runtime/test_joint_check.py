@@ -97,6 +97,40 @@ def test_what_is_wrong_is_guessed(guess: str, late: int) -> None:
     assert not check.done
 
 
+@pytest.mark.parametrize("urdf", ["nao_h21_v33", "booster_t1"])
+@pytest.mark.parametrize("exchange", [True, False])
+def test_exchanged_joints_are_named_within_a_tenth_of_a_second(urdf: str, exchange: bool) -> None:
+    """A knee bends by 0.3 rad in 0.1 s; loads press both, one more than the other."""
+    robot = load_robot(urdf)
+    knees = robot.left_leg.knee_pitch, robot.right_leg.knee_pitch
+    left, right = map(robot.index, knees)
+    change = exchanged(robot, knees) if exchange else lambda angles: angles
+    check, pressed = JointCheck(robot, 0.01), 0.5 if robot.soft_joint else 0.1
+    for tick in range(50):
+        target = np.array(robot.stand_pose)
+        target[left] += 0.03 * min(max(0, tick - 40), 10)
+        reached = target.copy()
+        reached[left] -= 0.07 * pressed
+        reached[right] -= 0.03 * pressed
+        check.update(change(reached), target, walking=tick > 20)
+        assert tick > 40 or check.trouble == ""
+    assert (f"exchanged with {knees[1]}?" in check.trouble) == exchange
+    assert bool(check.trouble) == exchange
+
+
+def test_a_motor_that_a_load_turns_half_as_far_is_not_named() -> None:
+    robot = load_robot("op3")
+    joint, check = robot.index("l_hip_roll"), JointCheck(robot, 0.01)
+    random = np.random.default_rng(3)
+    for tick in range(200):
+        target = np.array(robot.stand_pose)
+        target[joint] += 0.15 * np.sin(0.2 * tick)
+        reached = target.copy()
+        reached[joint] = 0.5 * target[joint] + random.normal(0.0, 0.001)
+        check.update(reached, target, walking=True)
+        assert check.trouble == ""
+
+
 def test_single_readings_that_are_wrong_are_no_wrong_joint() -> None:
     """Spikes of up to 2 rad in a tenth of the readings."""
     random, knee = np.random.default_rng(5), ROBOT.index("LKneePitch")
@@ -211,6 +245,18 @@ def test_legs_that_bend_the_other_way_get_no_targets() -> None:
 def test_motors_that_give_way_are_compared_with_where_their_targets_lead_them() -> None:
     wrong = changed(load_robot("booster_t1"), ("Right_Ankle_Roll",), lambda q: -q)
     assert "Right_Ankle_Roll" in ends_standing("booster_t1", wrong, seed=2)
+
+
+def test_exchanged_knees_of_a_robot_with_soft_motors_end_the_first_step() -> None:
+    robot = load_robot("booster_t1")
+    knees = robot.left_leg.knee_pitch, robot.right_leg.knee_pitch
+    assert "exchanged with" in ends_standing("booster_t1", exchanged(robot, knees), seed=2)
+
+
+def test_a_joint_in_degrees_that_is_wrong_twice_in_a_stand_remains_so() -> None:
+    robot = load_robot("booster_t1")
+    said = ends_standing("booster_t1", changed(robot, ("Right_Hip_Roll",), np.degrees), seed=2)
+    assert "position[Right_Hip_Roll]" in said
 
 
 def test_a_second_gait_mends_no_joint_that_was_wrong_before() -> None:
