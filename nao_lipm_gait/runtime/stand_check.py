@@ -4,7 +4,7 @@ A leg joint with a wrong zero, an IMU that is mounted askew and a floor that slo
 here, so the robot may walk; `nao_gait calibrate --zeros` tells them apart, in several poses.
 """
 
-from math import acos, degrees
+from math import acos, degrees, hypot
 
 import numpy as np
 
@@ -19,6 +19,9 @@ STAND_TICKS = 30
 """Ticks of a quiet stand over which the lean is averaged."""
 QUIET = 0.02
 """[rad] Largest movement of a joint in them."""
+QUIET_TURN = 0.05
+"""[rad/s] Largest change of the gyro from their first to their second half: a robot that rocks on
+its soles, as a T1 does for 3 s after it was set down, leans by 0.08 rad with joints at rest."""
 
 
 class StandCheck:
@@ -46,6 +49,11 @@ class StandCheck:
         if not stands or moved > QUIET:
             self._frames.clear()
         if len(self._frames) < STAND_TICKS:
+            return
+        rates = np.array([each.angular_velocity[:2] for each in self._frames])
+        turn = np.subtract(*(half.mean(axis=0) for half in np.split(rates, 2)))
+        if hypot(*turn.tolist()) > QUIET_TURN:
+            del self._frames[: STAND_TICKS // 2]
             return
         self.done = True
         force = np.mean([each.linear_acceleration for each in self._frames], axis=0)

@@ -28,10 +28,13 @@ def turn_zero(world: World, joint: str, zero: float) -> None:
     zeros[ROBOT.index(joint)] += zero
 
 
-def warning_of(seed: int, joint: str = "", zero: float = 0.0) -> tuple[str, GaitState]:
+def warning_of(
+    seed: int, joint: str = "", zero: float = 0.0, urdf: str = URDF
+) -> tuple[str, GaitState]:
     """What is said of a robot that stands for 1.8 s and then is told to walk; its state then."""
+    parameters = preset_for(load_robot(urdf), "default")
     spec = RolloutSpec(
-        task=TASKS["stand"], robot_seed=seed, noise_seed=seed, parameters=PARAMETERS, urdf=URDF,
+        task=TASKS["stand"], robot_seed=seed, noise_seed=seed, parameters=parameters, urdf=urdf,
         engine="mujoco",
     )  # fmt: skip
     world, _ = make_pair(spec)
@@ -39,7 +42,7 @@ def warning_of(seed: int, joint: str = "", zero: float = 0.0) -> tuple[str, Gait
         if joint:
             turn_zero(world, joint, zero)
         fault = Fault(np.random.default_rng(0))
-        harness = Harness(world, PARAMETERS, fault, VelocityCommand(0.1), walk_start=2.0)
+        harness = Harness(world, parameters, fault, VelocityCommand(0.1), walk_start=2.0)
         harness.run(190)
         controller = harness.gaits[0].controller
         said = [each.message for each in controller.reports() if each.name == "sensors"]
@@ -52,6 +55,11 @@ def test_healthy_robots_raise_no_alarm(seed: int) -> None:
     said, state = warning_of(seed)
     assert "askew" not in said
     assert state is GaitState.WALK
+
+
+@pytest.mark.parametrize("seed", [106, 114])
+def test_a_robot_that_rocks_on_its_soles_is_not_judged(seed: int) -> None:
+    assert "askew" not in warning_of(seed, urdf="booster_t1")[0]
 
 
 @pytest.mark.parametrize("joint", ["LKneePitch", "RKneePitch"])
