@@ -28,9 +28,9 @@ LAGS = range(-6, 7)
 DEVIATION, YIELDING_DEVIATION = 0.014, 0.05
 """[rad] Deviation (root mean square) that needs an explanation, also of motors that give way.
 Healthy NAOs reach 0.01 in a stand and 0.08 in steps, which nothing else explains."""
-YIELDING_STUCK = 0.14
-"""[rad] Deviation of a motor that gives way from which on it may be stuck, or turn half as far:
-friction or a load holds it."""
+WORN_STUCK, YIELDING_STUCK = 0.025, 0.14
+"""[rad] Deviation from which on a motor may be stuck, and one that gives way may turn half as far:
+until then friction or a load holds it."""
 BETTER = 10.0
 """Times by which the squares that another explanation leaves must be smaller."""
 NOISE = 0.004
@@ -85,7 +85,8 @@ class JointCheck:
         self._pair_ticks = round(PAIR_WINDOW / period)
         yields = bool(robot.soft_joint)
         self._deviation = YIELDING_DEVIATION if yields else DEVIATION
-        self._stuck = YIELDING_STUCK if yields else DEVIATION
+        self._stuck = YIELDING_STUCK if yields else WORN_STUCK
+        self._held = (STUCK, SCALES[0.5]) if yields else (STUCK,)
         self._gross = GROSS[yields]
         self._ticks = round(WINDOW / period)
         self._size = self._ticks + LAGS[-1] - LAGS[0]
@@ -199,8 +200,8 @@ class JointCheck:
         if suspect.any():
             left, guesses = self._explained(measured, shifted)
             named = suspect & (own > BETTER * (left + NOISE**2))
-            yielding = np.isin(guesses, (STUCK, SCALES[0.5]))
-            named &= (own > self._stuck**2) | ~yielding | (left < CONSTANT)
+            held = np.isin(guesses, self._held)
+            named &= (own > self._stuck**2) | ~held | (left < CONSTANT)
             gross = own > self._gross**2
             if gross.any():
                 gross &= self._lasting(off, rest) > self._gross**2

@@ -231,6 +231,11 @@ def test_a_robot_that_leans_on_the_foot_of_a_held_step_walks_on(fault: str, seed
     assert run_fault(FaultRun(fault, seed)).outcome == "walks"
 
 
+@pytest.mark.parametrize("urdf", ["nao_h21_v33", "nao_v6"])
+def test_worn_gears_that_hold_a_hip_in_the_first_sway_are_not_stuck(urdf: str) -> None:
+    assert run_fault(FaultRun("none", 303, urdf=urdf, plant="worn")).outcome == "walks"
+
+
 @pytest.mark.parametrize("scale", [0.0, np.pi / 180.0])
 def test_legs_that_read_nearly_zero_get_no_targets(scale: float) -> None:
     said = ends_standing("nao_v6", lambda q: scale * q, seconds=2.0)
