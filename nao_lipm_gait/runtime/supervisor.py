@@ -50,7 +50,8 @@ CARRIED_TIME = 60_000_000
 LOADS_AWAITED = 20
 """Frames without a wrong pose, or without load on both soles, that clear up a doubt."""
 FIRST_STEPS = 3
-"""Steps at the beginning of a walk that are so small that it can end within one."""
+"""Steps at the beginning of a walk that are so small that it can end within one. With 1 of them two
+of three T1 whose ankle roll reads double still step 2 s after it is named."""
 SIT_DOWN = "sit"
 """Motion that saves hot legs."""
 

@@ -205,7 +205,7 @@ class Wrong(Fault):
 def ends_standing(
     urdf: str, measured: Distortion | None, executed: Distortion | None = None, seed: int = 3,
     walk: tuple[float, float, float] = (0.15, 0.0, 0.3), engine: str = "mujoco",
-    seconds: float = 3.0,
+    seconds: float = 3.0, farthest: float = 0.05,
 ) -> str:  # fmt: skip
     """A robot that is told to walk after 1 s stands at the end; what is said of its sensors."""
     world, parameters = standing(urdf, seed, engine)
@@ -214,7 +214,7 @@ def ends_standing(
         harness.run(round(100 * seconds))
         assert not harness.fallen
         assert harness.gaits[0].controller.state is GaitState.STAND
-        assert harness.truth.torso_position[0] < 0.05, "it has taken a first step at most"
+        assert harness.truth.torso_position[0] < farthest, "it has taken a first step at most"
         assert harness.invariants.listed() == ()
         return "\n".join(harness.invariants.explained)
 
@@ -256,6 +256,13 @@ def test_exchanged_knees_of_a_robot_with_soft_motors_end_the_first_step() -> Non
     robot = load_robot("booster_t1")
     knees = robot.left_leg.knee_pitch, robot.right_leg.knee_pitch
     assert "exchanged with" in ends_standing("booster_t1", exchanged(robot, knees), seed=2)
+
+
+def test_a_joint_that_is_named_in_the_third_step_ends_the_walk_at_once() -> None:
+    wrong = changed(load_robot("booster_t1"), ("Right_Ankle_Roll",), lambda q: 2.0 * q)
+    walk = (0.4, 0.0, 0.3)
+    said = ends_standing("booster_t1", wrong, seed=6, walk=walk, seconds=4.0, farthest=0.1)
+    assert "Right_Ankle_Roll" in said
 
 
 def test_a_joint_in_degrees_that_is_wrong_twice_in_a_stand_remains_so() -> None:
