@@ -46,6 +46,8 @@ SURE = 12.0
 """Largest log-odds of the half of the field; those of a known start."""
 CARRIED = 0.005
 """Likelihood that the robot was carried anywhere, against 1 for the same place."""
+ONE_PLACE = 0.9
+"""Share of the particles in the heaviest cluster, below which a robot may well be elsewhere."""
 JUMP = 2.0
 """Squared deviations from the last valid pose from which on the robot was lost."""
 FLIP = -2.0
@@ -121,6 +123,7 @@ class Localization:
         low = -np.array((*self._field.half, math.pi))
         self._begin(self._random.uniform(low, -low, (self._count, 3)))
         self._odds, self._lost = 0.0, True
+        self._slack = math.inf, math.inf
 
     def disturb(self, place: float, heading: float) -> None:
         """The robot was moved by at most `place` [m] in x and y and `heading` [rad].
@@ -301,8 +304,15 @@ class Localization:
         )
 
     def estimate(self, motion: Displacement | None = None) -> PoseEstimate:
-        """The pose after a motion since the last image; None = at that image."""
+        """The pose after a motion since the last image; None = at that image.
+
+        Of a robot that was shoved it is the last valid one, carried on, until most of the particles
+        are at one place: the heaviest cluster may be anywhere before.
+        """
         mean, covariance = self._mean, self._covariance + self._lasting.covariance
+        if self._lost and self._mass < ONE_PLACE and self._slack == SAME_PLACE:
+            place, heading = self._slack
+            mean, covariance = self._reference, np.diag((place**2, place**2, heading**2))
         if motion is not None:
             mean = np.array(compose(_pose(mean), motion.offset))
             covariance = _carried(covariance, mean[2], motion)

@@ -205,6 +205,27 @@ def test_after_a_small_shove_history_tells_the_half(shove: Pose2):
     assert valid
 
 
+def test_while_particles_are_at_several_places_the_last_valid_pose_is_the_estimate():
+    localization, eyes = Localization(MAP, SETTINGS), Eyes()
+    start = -1.2, -0.3, 0.0
+    localization.start((start,))
+    still = Displacement((0.0, 0.0, 0.0), np.zeros((3, 3)))
+    stayed = 0
+    for index in range(50):
+        seen_at = start if index < 20 else ((-0.3, 0.8, -1.2), (0.2, -0.9, 1.4))[index % 2]
+        localization.move(still, STEP)
+        localization.see(Evidence.of(eyes.see(0, seen_at), MAP))
+        estimate = localization.estimate()
+        away = np.hypot(*(localization.particles[:, :2] - estimate.pose[:2]).T)
+        together = localization.weights[away < 0.6].sum()
+        assert not estimate.valid or error(start, estimate.pose)[0] < 0.3
+        if error(start, estimate.pose)[0] > 0.3:
+            assert together > 0.85
+        elif index > 25:
+            stayed += 1
+    assert stayed > 5
+
+
 def test_who_is_shoved_round_and_then_falls_does_not_take_one_half_for_the_other():
     """The shove leaves the particles at the mirror pose; they are no history for the fall."""
     for seed in range(6):
