@@ -18,13 +18,6 @@ class DuelSettings(Settings):
     apart: float = number(
         0.36, 0.1, 2.0, "m", "Between the middles of two robots that do not touch, with their arms."
     )
-    apart_ball: float = number(
-        0.32,
-        0.1,
-        2.0,
-        "m",
-        "The same beside one that faces the robot, the ball between their feet.",
-    )
     apart_wide: float = number(
         0.5, 0.1, 2.0, "m",
         "The same of a robot that does not play the ball, or beside one that lies, gets up, or is "
@@ -34,8 +27,10 @@ class DuelSettings(Settings):
         0.5, 0.05, 20.0, "1/s", "Speed towards another robot over the room that is left."
     )
     gain_ball: float = number(
-        2.0, 0.05, 20.0, "1/s", "The same of a robot that plays the ball between them."
-    )
+        1.0, 0.05, 20.0, "1/s",
+        "The same of a robot that plays the ball between them: its walk follows after half a "
+        "second, and the other one may come as fast.",
+    )  # fmt: skip
     lift: float = number(
         0.5, 0.0, 1.0, "",
         "Share of its usual height by which a robot lifts its feet beside others: a low foot "

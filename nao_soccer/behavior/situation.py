@@ -149,40 +149,40 @@ class Situation:
     def near_robots(self) -> list[Round]:
         """The other robots with the distance to keep from each, in base_footprint.
 
-        Of two robots at the ball the one that is nearer to it plays it, and may come nearer to
-        another one behind the ball. The other one keeps off. If they are equally near, the ball is
-        that of the robot in whose half it lies: both come to the same result.
+        Of two robots at the ball the one that is nearer to it plays it, and comes faster to another
+        one behind the ball. The other one keeps off. If they are equally near, the ball is that of
+        the robot in whose half it lies: both come to the same result.
         """
-        return [self._near_robot(each) for each in self.world.obstacles]
+        return [
+            Round(each.position, apart, APART_FROM, gain)
+            for each in self.world.obstacles
+            for apart, gain in [self._apart(each)]
+        ]
 
-    def _near_robot(self, other: Obstacle) -> Round:
-        apart = self._apart(other)
-        gain = self.duel.gain_ball if apart == self.duel.apart_ball else self.duel.gain
-        return Round(other.position, apart, APART_FROM, gain)
-
-    def _apart(self, other: Obstacle) -> float:
-        """The distance [m] to keep from another robot."""
+    def _apart(self, other: Obstacle) -> tuple[float, float]:
+        """The distance [m] to keep from another robot, and the gain [1/s] of the speed up to it."""
+        duel = self.duel
         idle = self.role is Role.SUPPORTER or self.game.phase is not Phase.PLAYING
-        keep = self.duel.apart_wide if other.fallen or idle else self.duel.apart
+        keep = duel.apart_wide if other.fallen or idle else duel.apart
         if self.world.ball is None:
-            return keep
+            return keep, duel.gain
         lead = PRECEDENCE if self.world.ball.position_in_field[0] < 0.0 else -PRECEDENCE
         theirs = math.dist(other.position, self.ball)
         if self.ball_distance >= theirs + lead:  # the other one is first
             plays = theirs < AT_BALL and not other.fallen and self.role is not Role.KEEPER
-            return self.duel.apart_wide if plays else keep
+            return duel.apart_wide if plays else keep, duel.gain
         behind = self.ball_distance < math.hypot(*other.position)
         if self.role is Role.STRIKER and self.ball_distance < AT_BALL and behind:
             bearing = math.atan2(other.position[1], other.position[0])
             turn = bearing - math.atan2(self.ball[1], self.ball[0])
             if abs(math.remainder(turn, math.tau)) < BEHIND_BALL:
-                return self.duel.apart_ball
-        return keep
+                return duel.apart, duel.gain_ball
+        return keep, duel.gain
 
     def obstacles(self, *more: Round) -> list[Round]:
         """The other robots and goal posts to walk around, in base_footprint."""
         robots = [
-            Round(each.position, self._apart(each) - PASSING) for each in self.world.obstacles
+            Round(each.position, self._apart(each)[0] - PASSING) for each in self.world.obstacles
         ]
         if not self.world.own.valid:
             return [*robots, *more]

@@ -273,6 +273,19 @@ def test_two_robots_that_walk_into_each_other_stop_before_they_touch(heading: fl
     assert nearest > 0.9 * DUEL.apart
 
 
+def test_two_robots_that_push_a_ball_between_them_brake_in_time() -> None:
+    """Their walk follows the command late, and each sees the other too late and too far away."""
+    late, seen_late, too_far = 4, 2, 0.04  # [0.05 s], [0.05 s], [m]
+    gaps, commands = [0.8], [0.0]
+    for _ in range(100):
+        seen = gaps[max(0, len(gaps) - 1 - seen_late)] + too_far
+        other = Round((seen, 0.0), DUEL.apart, APART_FROM, DUEL.gain_ball)
+        commands.append(kept_apart(VelocityCommand(0.35), [other], LIMITS).x)
+        gaps.append(gaps[-1] - 2.0 * 0.05 * commands[max(0, len(commands) - 1 - late)])
+    assert min(gaps) > 0.25  # nearer, feet tread on feet
+    assert gaps[-1] < 0.4  # both are still at the ball
+
+
 def test_the_nearer_another_robot_the_slower_is_the_turn() -> None:
     turns = [
         kept_apart(VelocityCommand(yaw=1.5), [Round((gap, 0.0), DUEL.apart)], LIMITS).yaw
@@ -411,8 +424,8 @@ def test_of_two_opponents_equally_near_to_the_ball_one_keeps_off(x: float) -> No
             state, GameState(), Body(), Role.STRIKER, None, SCENE.field, GOALS, LIMITS
         )
         (opponent,) = situation.near_robots()
-        kept.append(opponent.radius)
-    assert sorted(kept) == [DUEL.apart_ball, DUEL.apart_wide]
+        kept.append((opponent.radius, opponent.gain))
+    assert sorted(kept) == [(DUEL.apart, DUEL.gain_ball), (DUEL.apart_wide, DUEL.gain)]
 
 
 def test_the_feet_stay_low_beside_other_robots() -> None:
@@ -427,7 +440,7 @@ def in_duel(heading: float, ball: tuple[float, float]) -> tuple[str, VelocityCom
     """What a robot in its own half does with an opponent beyond the ball; from the third update."""
     mind, own = new_mind(), (-1.0, 0.2, heading)
     x, y = compose(own, (*ball, 0.0))[:2]
-    opponent = compose(own, (ball[0] + 0.26, ball[1], 0.0))[:2]
+    opponent = compose(own, (ball[0] + 0.4, ball[1], 0.0))[:2]  # far enough not to brake
     for i in range(3):
         state = world(own, (x, y), time=0.1 * i, robots=(opponent,))
         decision = mind.update(state, Body(GaitState.WALK))
