@@ -18,7 +18,12 @@ def add(parser: argparse.ArgumentParser) -> None:
     names = parser.add_subparsers(dest="suite", metavar="SUITE", required=True)
     for suite in suites().values():
         text = f"{suite.title}: {suite.summary}"
-        _add_suite(names.add_parser(suite.name, help=suite.summary, description=text), [suite])
+        parser = names.add_parser(
+            suite.name, help=suite.summary, description=text, epilog=suite.epilog
+        )
+        if suite.epilog:
+            parser.formatter_class = argparse.RawDescriptionHelpFormatter
+        _add_suite(parser, [suite])
     text = "every suite in its quick form"
     everything = names.add_parser(
         "all", help=text, description=f"{text}; an option goes to each suite that has it"

@@ -1,21 +1,26 @@
 """Policies that are compared: the constants of play beside others, changed for one team."""
 
+import textwrap
 from collections.abc import Sequence
-
-import attrs
 
 from gait_lab.bench.options import Option, Options
 from nao_soccer.behavior.duel import DuelSettings
-from robot_core.schema import value_of
+from robot_core.schema import fields, value_of
 
-_CONSTANTS = ", ".join(each.name for each in attrs.fields(DuelSettings))
 POLICIES = {
     "policy": Option(
-        (), f"change how one team plays beside others: {_CONSTANTS}", "NAME=VALUE", ("--policy",)
+        (), "change how one team plays beside others; the names are below", "NAME=VALUE",
+        ("--policy",),
     ),
     "against": Option((), "the same in the other team", "NAME=VALUE", ("--against",)),
 }
 """Options of a suite."""
+NAMES = "names of --policy and --against, with their defaults:\n" + "\n".join(
+    textwrap.fill(f"{f'{each.default:g} {each.unit}':8}{each.meaning}", 100,
+                  initial_indent=f"  {each.name:12}", subsequent_indent=22 * " ")
+    for each in fields(DuelSettings)
+)  # fmt: skip
+"""For the help of a suite."""
 
 
 def policies(options: Options) -> tuple[DuelSettings, DuelSettings]:

@@ -13,6 +13,10 @@ Cell = str | float | None
 """A cell of a table; None and NaN, where nothing was measured, are shown as `-`."""
 
 
+TRUTH, HEADS = "bool", {"counts": "valid speed"}
+"""Unit of what is shown as yes or no; quantities with another name in tables."""
+
+
 class Row(NamedTuple):
     """One measured number.
 
@@ -112,7 +116,8 @@ def tables(rows: Iterable[Row]) -> list[tuple[list[str], list[list[Cell]]]]:
     for columns, lines in groups:
         units = {name: {cells[name].unit for _, cells in lines if name in cells}
                  for name in columns}  # fmt: skip
-        heads = ["", *(name.replace("_", " ") + ("" if len(units[name]) != 1 or not unit
+        heads = ["", *(HEADS.get(name, name.replace("_", " ")) + (
+                       "" if len(units[name]) != 1 or unit in ("", TRUTH)
                        else f" [{unit}]") for name, unit in columns.items())]  # fmt: skip
         body: list[list[Cell]] = []
         for subject, cells in lines:
@@ -123,6 +128,8 @@ def tables(rows: Iterable[Row]) -> list[tuple[list[str], list[list[Cell]]]]:
                     line.append("")
                 elif name.endswith(" (paper)"):
                     line.append("" if beside.paper is None else beside.paper)
+                elif beside.unit == TRUTH and beside.value is not None:
+                    line.append("yes" if beside.value else "no")
                 else:
                     unit = f" {beside.unit}" if len(units[name]) > 1 else ""
                     line.append(shown(beside.value) + unit if unit else beside.value)

@@ -39,6 +39,7 @@ class Suite:
         gait: Whether a preset and parameters of the gait may be given; without, each robot walks
             with its own preset.
         same_robots: The robots of the options do everything; else each run has its own.
+        epilog: The end of its help, in lines.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Suite:
     applies: Callable[[Options], bool] = lambda options: True
     gait: bool = True
     same_robots: bool = True
+    epilog: str = ""
 
     def run(self, options: Options) -> "Result":
         """Measure it."""

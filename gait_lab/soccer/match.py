@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from gait_lab.soccer.channels import Channels, SilentReferee
 from gait_lab.soccer.duel import RESTS
 from gait_lab.soccer.eyes import in_field
+from gait_lab.soccer.match_progress import MatchProgress
 from gait_lab.soccer.motion_track import PERIOD, BodyState, MotionTrack
 from gait_lab.soccer.pitch import Pitch, PitchSpec, RobotPlayer, identity_of, is_upright
 from gait_lab.soccer.snapshots import (
@@ -435,18 +436,20 @@ def match_scene(spec: MatchSpec) -> Scene:
 
 def play_match(
     spec: MatchSpec,
-    progress: Callable[[Snapshot, Referee], None] | None = None,
     *,
     rendered: bool = False,
     eyes: int = 0,
+    show: bool = False,
 ) -> MatchResult:
-    """Play a match to its end; see `Match`."""
+    """Play a match to its end; see `Match`. `show`: its progress on stderr."""
     frames = []
-    with Match(spec, rendered=rendered, eyes=eyes) as match:
+    with (
+        Match(spec, rendered=rendered, eyes=eyes) as match,
+        MatchProgress(shown=show) as progress,
+    ):
         for frame in match.play():
             frames.append(frame)
-            if progress is not None:
-                progress(frame, match.referee)
+            progress.show(frame, match.referee.rules.duration)
         return match.result(frames)
 
 

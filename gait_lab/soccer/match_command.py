@@ -1,44 +1,22 @@
-"""What `nao_gait match` does: play, show the progress, write replay and JSON."""
+"""What `nao_gait match` does: play, write replay and JSON."""
 
 import json as json_format
 import time as clock
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene, play_match
+from gait_lab.soccer.match_progress import MatchProgress
 from gait_lab.soccer.replay_page import three_js, write_replay
-from gait_lab.soccer.snapshots import Snapshot
 from gait_lab.terminal import EXIT_OK
 from robot_core.errors import NaoGaitError
-from sim_bridge.trials.progress import Progress
 
 MINUTES = (0.1, 60.0)
 """Shortest and longest half [min]."""
 EYES_MAX = 20
 """Most processes that render and see: there are not more robots."""
-
-
-class MatchProgress(AbstractContextManager["MatchProgress"]):
-    """The progress in simulated time, with phase and score."""
-
-    def __init__(self) -> None:
-        self._bar: Progress | None = None
-
-    def show(self, frame: Snapshot, total: float) -> None:
-        """Show a moment of a match that takes `total` seconds."""
-        if self._bar is None:
-            self._bar = Progress(total=round(total), unit="s", desc="match")
-        self._bar.set_postfix_str(
-            f"{frame.phase}, red {frame.score[0]} : {frame.score[1]} blue", refresh=False
-        )
-        self._bar.update(min(frame.time, self._bar.total or 0.0) - self._bar.n)
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
 
 
 def play(
@@ -98,13 +76,7 @@ def play(
             return status
         result = finished
     else:
-        with MatchProgress() as progress:
-            result = play_match(
-                spec,
-                lambda frame, referee: progress.show(frame, referee.rules.duration),
-                rendered=vision == "camera",
-                eyes=eyes or 0,
-            )
+        result = play_match(spec, rendered=vision == "camera", eyes=eyes or 0, show=True)
     _finish(result, clock.monotonic() - began, vision, out / "replay.html", json, say)
     if video:
         from gait_lab.soccer.video import write_video

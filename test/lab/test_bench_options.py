@@ -15,7 +15,9 @@ from gait_lab.bench.options import command_line, with_settings
 from gait_lab.bench.rows import Row, as_text, table_text, tables
 from gait_lab.bench.suite import Run, plan
 from nao_lipm_gait.parameters import GaitParameters, load_preset
+from nao_soccer.behavior.duel import DuelSettings
 from robot_core.errors import NaoGaitError
+from robot_core.schema import fields
 
 NEW_SUITE = '''
 from gait_lab.bench.options import Option
@@ -182,6 +184,24 @@ def test_tables_have_a_line_for_each_subject_and_a_column_for_each_quantity() ->
     text = as_text("A title", ROWS, ("word " * 50,))
     assert text.startswith("A title\n\n")
     assert max(map(len, text.splitlines())) <= 100
+
+
+def test_tables_say_yes_or_no_where_the_rows_have_a_number() -> None:
+    ((heads, lines),) = tables([Row("a", "counts", "bool", 1.0), Row("b", "counts", "bool", 0.0)])
+    assert heads == ["", "valid speed"]
+    assert lines == [["a", "yes"], ["b", "no"]]
+
+
+@pytest.mark.parametrize("suite", ["duel", "match"])
+def test_the_help_says_what_a_policy_may_change(
+    suite: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        cli.main(["bench", suite, "--help"])
+    shown = " ".join(capsys.readouterr().out.split())
+    for each in fields(DuelSettings):
+        assert f"{each.name} {each.default:g} {each.unit}".rstrip() in shown
+        assert each.meaning in shown
 
 
 def test_a_suite_that_cannot_be_imported_gives_one_line(

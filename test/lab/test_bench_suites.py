@@ -68,7 +68,7 @@ TINY: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
                "sole_roll_rms_after", "forward_10_sole_roll_worst_after")),
     "zeros": ({"tasks": (), "joints": ("LKneePitch",), "degrees": (4,)},
               ("healthy_named", "wrong_4_alone", "wrong_4_other", "wrong_4_failed")),
-    "solo": ({"limit": 3.0}, ("goal_within_120s", "falls_per_minute", "outs", "kicks")),
+    "solo": ({"limit": 3.0}, ("goal_within_3s", "falls_per_minute", "outs", "kicks")),
     "keeper": ({"targets": ("right",), "limit": 2.0},
                ("shots_held", "corners_held", "motions_at_wide_balls", "up_again", "falls")),
     "abilities": ({"abilities": ("two at the ball",)}, ("two_at_the_ball_done",)),

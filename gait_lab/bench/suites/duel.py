@@ -5,7 +5,7 @@ import statistics
 from collections.abc import Iterator, Sequence
 
 from gait_lab.bench.options import Option, Options
-from gait_lab.bench.policies import POLICIES, policies
+from gait_lab.bench.policies import NAMES, POLICIES, policies
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import median
@@ -24,7 +24,7 @@ from gait_lab.soccer.duel import DuelResult, DuelSpec, play_duel
         **POLICIES,
     },
     gait=False, quick=({"robots": 1},),
-    check=policies,
+    check=policies, epilog=NAMES,
 )  # fmt: skip
 def duel(options: Options) -> Iterator[Row | str]:
     """Each pair plays from every angle; with two policies, each side of the field in turn."""

@@ -5,7 +5,7 @@ import statistics
 from collections.abc import Iterator
 
 from gait_lab.bench.options import Option, Options
-from gait_lab.bench.policies import POLICIES, policies
+from gait_lab.bench.policies import NAMES, POLICIES, policies
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import median, percent
@@ -30,6 +30,7 @@ SILENCE_FROM = 25.0
         "resume": ...,
     },
     gait=False, quick=({"robots": 2, "minutes": 1.0},), check=policies,
+    epilog=NAMES,
 )  # fmt: skip
 def matches(options: Options) -> Iterator[Row | str]:
     """Play the matches; each has other individuals.

@@ -32,10 +32,9 @@ def solo(options: Options) -> Iterator[Row | str]:
     )  # fmt: skip
     times = [result.goal for result in results if result.goal is not None]
     played = [options.limit if result.goal is None else result.goal for result in results]
-    within = sum(time <= LIMIT for time in times) / len(results)
     yield from rows_of(
         "",
-        ("goal_within_120s", "%", 100.0 * within),
+        (f"goal_within_{options.limit:g}s", "%", 100.0 * len(times) / len(results)),
         ("goal_time_median", "s", median(played) if times else None),
         ("goal_time_worst", "s", max(times) if len(times) == len(results) else None),
         ("falls_per_minute", "1/min",
