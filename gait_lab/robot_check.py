@@ -93,6 +93,8 @@ def _lines(robot: RobotDescription, stand: StandRange) -> Iterator[tuple[str, st
     groups, index = joint_groups(robot), robot.joint_names
     body = BodyModel(robot)
     yield "robot", f"{robot.name}, {body.total_mass:.4g} kg, {len(index)} joints, {robot.urdf_path}"
+    looked_for = f"none (looked for {robot.urdf_path.with_suffix('.yaml')})"
+    yield "robot file", str(robot.robot_file or looked_for)
     yield "size", (
         f"{robot.size:.3g} of a NAO; CoM {_height(body, robot, robot.stand_pose):.3g} m "
         "above the soles in its stand pose"

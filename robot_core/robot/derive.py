@@ -160,8 +160,9 @@ def completed(
     out = dict(values)
     out.setdefault("name", element.get("name") or path.stem)
     out.setdefault("joints", driven_joints(element, path))
-    if all(key in out for key in ("left_leg", "right_leg", "frames", "sole_outline", "motors",
-                                  "stand_pose", "head", "shoulder_pitch")):  # fmt: skip
+    whole = all(key in out for key in ("left_leg", "right_leg", "frames", "sole_outline", "motors",
+                                       "stand_pose", "head", "shoulder_pitch"))  # fmt: skip
+    if whole and _names_a_leg(out["stand_pose"], (out["left_leg"], out["right_leg"])):
         return _simple(out)
     tree = RobotTree(element, out["joints"], path)
     frames = dict(out.get("frames") or {})
@@ -190,10 +191,25 @@ def completed(
     out["frames"] = frames
     out.setdefault("motors", _motors(element, out["joints"]))
     _add_roles(out, tree)
-    if "stand_pose" not in out:
+    given = out.get("stand_pose", {})
+    if not _names_a_leg(given, legs):
         arms = {**_nearest_zero(tree), **_hanging(tree, out.get("shoulder_roll"))}
-        out["stand_pose"] = {**arms, **_stand(tree, legs, frames, arms, path)}
+        arms.update((name, angle) for name, angle in given.items() if name in tree.joints)
+        out["stand_pose"] = {**arms, **_stand(tree, legs, frames, arms, path), **given}
     return _simple(out)
+
+
+def _names_a_leg(pose: object, legs: Iterable[object]) -> bool:
+    """Whether a stand pose says how the legs stand, or is no pose, which is refused later.
+
+    Legs are given or derived as a whole: a knee alone would neither balance nor level the soles.
+    """
+    if not isinstance(pose, Mapping):
+        return True
+    joints = [name for leg in legs if isinstance(leg, Mapping) for name in leg.values()]
+    if not all(isinstance(angle, int | float) and math.isfinite(angle) for angle in pose.values()):
+        return True
+    return any(name in joints for name in pose)
 
 
 def _simple(out: dict[str, Any]) -> dict[str, Any]:

@@ -113,7 +113,9 @@ class RobotDescription:
         urdf_path: File of the URDF.
         urdf: Text of the URDF.
         remarks: What was mended in it; nodes log it.
-        from_urdf: Keys of the robot file that come from the URDF, because it leaves them out.
+        from_urdf: Keys of the robot file that come from the URDF, because it leaves them out, at
+            least in part.
+        robot_file: Path of the robot file; None if no file fits the URDF.
         joint_names: The joints.
         left_leg: Joints of the left leg.
         right_leg: Joints of the right leg.
@@ -156,6 +158,7 @@ class RobotDescription:
     urdf: str
     remarks: tuple[str, ...]
     from_urdf: tuple[str, ...]
+    robot_file: Path | None
     joint_names: tuple[str, ...]
     left_leg: LegJoints
     right_leg: LegJoints

@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+import yaml
 
 from robot_core.errors import NaoGaitError
 from robot_core.motion.joints import joint_groups
@@ -237,6 +238,33 @@ def test_a_joint_that_cannot_be_at_zero_stands_as_near_as_it_can(tmp_path: Path)
     robot = load_robot(path)
     elbow = robot.joint_names.index(new_name("booster_t1", "Left_Elbow_Pitch"))
     assert robot.stand_pose[elbow] == 0.3
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_a_stand_pose_without_leg_joints_leaves_the_derived_stand(
+    tmp_path: Path, whole: bool
+) -> None:
+    urdf = tmp_path / "mine.urdf"
+    urdf.write_text(find("urdf", "op3").read_text().replace('name="op3"', 'name="mine"'))
+    arms = {"l_sho_roll": 1.0, "r_sho_roll": -1.0}
+    values = yaml.safe_load(find("robots", "op3").read_text()) if whole else {}
+    urdf.with_suffix(".yaml").write_text(yaml.safe_dump({**values, "stand_pose": arms}))
+    robot = load_robot(urdf)
+    stand = dict(zip(robot.joint_names, robot.stand_pose.tolist(), strict=True))
+    assert stand.items() >= arms.items()
+    assert stand["l_knee"] == pytest.approx(0.8)
+    assert_stands(robot)
+    assert "stand_pose" in robot.from_urdf
+
+
+def test_a_stand_pose_with_a_leg_joint_is_the_whole_stand(tmp_path: Path) -> None:
+    urdf = tmp_path / "mine.urdf"
+    urdf.write_text(find("urdf", "op3").read_text().replace('name="op3"', 'name="mine"'))
+    urdf.with_suffix(".yaml").write_text("stand_pose: {l_knee: 0.1}\n")
+    robot = load_robot(urdf)
+    stand = dict(zip(robot.joint_names, robot.stand_pose.tolist(), strict=True))
+    assert {name for name, angle in stand.items() if angle} == {"l_knee"}
+    assert "stand_pose" not in robot.from_urdf
 
 
 def test_a_robot_that_shares_common_joint_names_is_taken_by_itself(tmp_path: Path) -> None:

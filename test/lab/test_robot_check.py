@@ -23,6 +23,25 @@ def test_a_shipped_robot_stands_and_is_drawn(
     assert (tmp_path / "t1.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize(
+    ("file", "said"),
+    [("other.yaml", " {}other.yaml"), ("heron.yaml", " none (looked for {}other.yaml)")],
+)
+def test_the_robot_file_is_the_one_named_as_the_urdf(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], file: str, said: str
+) -> None:
+    text = find("urdf", "op3").read_text().replace('name="op3"', 'name="heron"')
+    for old, new in (("l_hip", "hip_l"), ("r_hip", "hip_r"), ("sho_", "shoulder_")):
+        text = text.replace(old, new)
+    urdf = tmp_path / "other.urdf"
+    urdf.write_text(text)
+    (tmp_path / file).write_text("gyro_axes: 3\n")
+    assert main(["robot", "check", str(urdf), "-o", str(tmp_path / "p.png")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    line = next(each for each in lines if each.startswith("robot file"))
+    assert line.endswith(said.format(f"{tmp_path}/"))
+
+
 def changed(tmp_path: Path, **keys: object) -> str:
     """The robot file of T1 with other keys."""
     values = yaml.safe_load(find("robots", "booster_t1").read_text())
