@@ -60,7 +60,8 @@ def make_backend(
     check_installed(engine)
     if gui and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         # Without a display the engines end the process.
-        raise NaoGaitError("gui", gui, "false, because DISPLAY is not set")
+        allowed = "false, because DISPLAY is not set; to see the robot, open `nao_gait view`"
+        raise NaoGaitError("gui", gui, allowed)
     if engine == "mujoco":
         from sim_bridge.engines.mujoco.backend import MujocoBackend
 

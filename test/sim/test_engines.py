@@ -1,6 +1,7 @@
 """Two engines, one robot: what both do alike, and what an engine refuses."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -29,6 +30,15 @@ def test_a_frame_comes_late_by_the_delay(
             stamps.append(None if frame is None else world.time - frame.stamp)
     assert stamps[:3] == [None, None, None]
     assert stamps[3:] == [40_000_000] * 5
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a display is named on Linux only")
+def test_a_window_without_a_display_is_refused_and_says_what_to_do(
+    engine: str, robot: RobotDescription, reference: Plant, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    with pytest.raises(NaoGaitError, match=r"DISPLAY is not set.*nao_gait view"):
+        World.single(robot, reference, engine=engine, gui=True)
 
 
 def walk_blindly(world: World) -> FloatArray:
