@@ -75,7 +75,7 @@ _MATCH = (
     argument("--video", action="store_true",
              help="a video file (MP4), too: a picture takes about 0.04 s of processor time"),
     argument("--out", type=Path, default=Path("out/match"), metavar="DIR",
-             help="replay, video, logs and bag (out/match)"),
+             help="replay, with --video the video, over ROS 2 logs and bag (out/match)"),
     argument("--json", type=Path, metavar="FILE", help="the result as JSON"),
 )  # fmt: skip
 _RCSS = (
@@ -269,7 +269,7 @@ _WRITE = {
 COMMANDS = {
     "demo": Command("watch the robot walk a tour over ROS 2; table, bag and figures",
                     "gait_lab.demo.demo:command", _DEMO),
-    "match": Command("two teams play soccer; result, bag and a replay page",
+    "match": Command("two teams play soccer; result and a replay page, over ROS 2 also a bag",
                      "gait_lab.soccer.match_command:play", _MATCH),
     "rcss": Command("walk on RoboCup's simulation server, as one player or several",
                     "gait_lab.rcss.command:run", _RCSS),
