@@ -89,12 +89,15 @@ class Stretch:
         command: None for a bag without commands.
         start: [s] since the origin of the recording.
         end: [s] since the origin of the recording.
+        stood: [s] that the gait stood under the command before it walked, as until it knows the
+            gyro's bias; 0 if it set off at once.
     """
 
     command: VelocityCommand | None
     start: float
     end: float
     metrics: Metrics
+    stood: float = 0.0
 
     @property
     def name(self) -> str:
@@ -127,7 +130,9 @@ class Stretch:
         return got / asked if abs(asked) >= small else None
 
 
-def find_stretches(walk: RecordedWalk, trace: Trace) -> tuple[Stretch, ...]:
+def find_stretches(
+    walk: RecordedWalk, phases: tuple[SupportPhase, ...], trace: Trace
+) -> tuple[Stretch, ...]:
     """Every command that was held long enough; the whole bag if no command was recorded."""
     shift = float(walk.seconds(int(trace.stamp[0])))
     last = float(walk.seconds(int(trace.stamp[-1])))
@@ -135,14 +140,30 @@ def find_stretches(walk: RecordedWalk, trace: Trace) -> tuple[Stretch, ...]:
         return (Stretch(None, shift, last, measure(trace, 0.0, math.inf)),)
     stretches = []
     for begin, end, command in _held(walk, last):
+        stood = 0.0 if command.is_zero else _stood(walk, phases, begin, end)
+        begin += stood
         start = begin + min(SETTLE, 0.5 * (end - begin))
         if end - start < SHORTEST:
             continue
         start, end = max(start, shift), min(end, last)
         if end > start:
             metrics = measure(trace, start - shift, end - shift)
-            stretches.append(Stretch(command, start, end, metrics))
+            stretches.append(Stretch(command, start, end, metrics, stood))
     return tuple(stretches)
+
+
+def _stood(
+    walk: RecordedWalk, phases: tuple[SupportPhase, ...], begin: float, end: float
+) -> float:
+    """[s] from `begin` to the first step if the gait stood when measuring would begin, else 0.
+
+    A gait that does not walk until `end` misses the command and is measured.
+    """
+    for phase in phases:
+        if phase.support != DOUBLE and float(walk.seconds(phase.end)) > begin:
+            waited = float(walk.seconds(phase.stamp)) - begin
+            return waited if waited > SETTLE and begin + waited < end - SHORTEST else 0.0
+    return 0.0
 
 
 def _held(walk: RecordedWalk, last: float) -> list[tuple[float, float, VelocityCommand]]:
@@ -302,7 +323,7 @@ def analyse(path: Path, robot: str = "") -> Analysis:
             origins_under_sole(walk, phases, RIGHT),
         ),
         trace=trace,
-        stretches=() if trace is None else find_stretches(walk, trace),
+        stretches=() if trace is None else find_stretches(walk, phases, trace),
         walking=_measure_walking(walk, phases, trace),
         events=find_events(walk, trace),
         innovation=find_innovation(walk, phases),

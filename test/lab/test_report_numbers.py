@@ -10,7 +10,8 @@ import pytest
 pytest.importorskip("rclpy")
 pytest.importorskip("mujoco")
 
-from gait_lab.report.analysis import Analysis, Paths, analyse
+from gait_lab.analysis.recorded_walk import Table
+from gait_lab.report.analysis import SETTLE, Analysis, Paths, analyse, find_stretches
 from gait_lab.report.signals import autocorrelation
 from gait_lab.report.verdict import BAD, FAIR, GOOD, NOTE, findings, number, stretch_table
 from nao_lipm_gait.parameters import GaitParameters
@@ -67,6 +68,30 @@ def test_the_table_shows_the_numbers_of_its_stretch(analysis: Analysis) -> None:
     (row,) = (row for row in table.rows if row[0] == "forward")
     assert row[table.head.index("measured x [cm/s]")] == number(100 * stretch.metrics.speed_x)
     assert row[2] == number(100 * SPEC.task.asked)
+
+
+def test_a_robot_that_stands_for_its_gyro_is_measured_once_it_walks(analysis: Analysis) -> None:
+    """A command that is sent long before the first step, as to a robot without a yaw gyro."""
+    walk, trace = analysis.walk, analysis.trace
+    assert trace is not None
+    known = walk.command
+    asked = np.tile(known.value[np.argmax(known.value[:, 0])], (len(known) + 40, 1))
+    early = known.stamp[0] - np.arange(40, 0, -1) * 100_000_000
+    stamp = np.concatenate([early, known.stamp])
+    early_walk = dataclasses.replace(walk, command=Table(stamp, stamp, asked))
+    (stretch,) = find_stretches(early_walk, analysis.phases, trace)
+    assert analysis.walked is not None
+    assert stretch.stood == pytest.approx(analysis.walked[0] + 4.0 - walk.seconds(known.stamp)[0])
+    assert stretch.start == pytest.approx(analysis.walked[0] + SETTLE)
+    assert analysis.stretches[-1].stood == 0.0
+    unsure = (int(known.stamp[0]), {"gyro bias deviation [rad/s]": "0.004"})
+    for diagnostics, why in (((unsure,), True), ((), False)):
+        told = dataclasses.replace(early_walk, diagnostics=diagnostics)
+        found = findings(dataclasses.replace(analysis, walk=told, stretches=(stretch,)))
+        (finding,) = (each for each in found if "stood for" in each.text)
+        assert finding.grade == NOTE
+        assert ("until the gyro's bias" in finding.text) == why
+    assert not any("stood for" in each.text for each in findings(analysis))
 
 
 def test_support_changes_are_sharp_to_the_tick(analysis: Analysis) -> None:
@@ -136,6 +161,24 @@ def test_slow_ticks_are_no_fault_where_the_simulation_waits(
     (finding,) = (each for each in found if "longer than a period" in each.text)
     assert finding.grade == grade
     assert ("simulation waited" in finding.text) == (grade == NOTE)
+
+
+def test_one_slow_tick_is_no_fault_where_many_answers_seem_a_period_late(
+    analysis: Analysis,
+) -> None:
+    """As in the demo, whose first ticks take long."""
+    timing = analysis.timing
+    assert timing is not None
+    late = timing.period * (np.arange(len(timing.answer)) % 10 == 0)
+    tick = timing.tick.copy()
+    tick[0, 1] = 277e3
+    for worst, grade in ((timing.period, NOTE), (0.277, BAD)):
+        answer = late.copy()
+        answer[0] = worst
+        slow = dataclasses.replace(timing, tick=tick, answer=answer)
+        found = findings(dataclasses.replace(analysis, timing=slow))
+        (finding,) = (each for each in found if "longer than a period" in each.text)
+        assert finding.grade == grade
 
 
 def test_odometry_is_compared_with_the_truth(analysis: Analysis) -> None:
