@@ -51,11 +51,12 @@ def test_a_velocity_in_the_deadband_does_not_make_a_robot_step() -> None:
 @pytest.mark.parametrize("urdf", ["nao_h21_v33", "bruno"])
 def test_far_above_the_limits_a_robot_walks_as_fast_as_it_can(urdf: str) -> None:
     """Commands at once from standing: straight ahead, and mixed in all axes."""
+    pytest.importorskip("mujoco")
     parameters, speeds = preset_for(load_robot(urdf), "default"), []
     for x, y, yaw in ((0.6, 0.0, 0.0), (3.0, 0.0, 0.0), (2.0, -1.0, 5.0)):
         knots = ((STAND_TIME, STANDSTILL), (STAND_TIME + 0.01, VelocityCommand(x, y, yaw)))
         task = Task("above", knots, STAND_TIME + 6.0, STAND_TIME + 9.0, "x")
-        spec = RolloutSpec(task, robot_seed=1, urdf=urdf, parameters=parameters)
+        spec = RolloutSpec(task, robot_seed=1, urdf=urdf, parameters=parameters, engine="mujoco")
         metrics = rollout(spec).metrics
         assert not metrics.fell
         speeds.append(metrics.speed_x)
