@@ -168,6 +168,7 @@ def _draw(robot: RobotDescription, stand: StandRange, path: Path) -> Path:
         for height in (stand.low, stand.high):
             axis.axhline(height, color=RED, linewidth=0.6, linestyle="--")
         axis.set(title=f"seen from the {view}", xlabel=label, aspect="equal")
+        axis.locator_params(axis="x", nbins=3)  # a view may be narrow
     axes[0].set_ylabel("height [m]")
     axes[1].invert_xaxis()
     figure.suptitle(f"{robot.name}: joints, soles (blue), CoM and where it can be (red)")

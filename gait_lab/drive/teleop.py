@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from gait_lab.ros_session import VelocityPublisher, ros_node
 from robot_core.errors import NaoGaitError
-from robot_core.ros.process import StopRequest, stop_on_signal
+from robot_core.ros.process import StopRequest, domain_id, stop_on_signal
 from robot_core.types import STANDSTILL, VelocityCommand
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ FULL_SPEED = {"forward": 0.40, "back": 0.33, "side": 0.20, "turn": math.radians(
 LEVELS = 9
 PERIOD = 0.1
 """Wall time between two commands [s]."""
+PATIENCE = 3.0
+"""Wall time [s] without a subscriber after which that is said; discovery takes a second or two."""
 
 HELP = """\
    q   w   e      w / s  forward, back        1-9    speed, 9 is full
@@ -126,14 +128,49 @@ def read_keys(descriptor: int, timeout: float) -> str:
     return _ESCAPES.sub("", text)
 
 
-def status_line(driver: Driver, state: str) -> str:
-    """Return one line with the command and the state of the gait."""
-    command = driver.command
+def status_line(command: VelocityCommand, state: str, level: int | None = None) -> str:
+    """Return one line with the command, the speed level of the keys and the state of the gait."""
     velocity = (
         f"x {command.x * 100:+5.1f} cm/s  y {command.y * 100:+5.1f} cm/s  "
         f"turn {math.degrees(command.yaw):+6.1f} deg/s"
     )
-    return f"{velocity}   speed {driver.level}/{LEVELS}   gait: {state}"
+    speed = "" if level is None else f"   speed {level}/{LEVELS}"
+    return f"{velocity}{speed}   gait: {state}"
+
+
+class Screen:
+    """Shows the status in one line that is written again, in a file one line for each change.
+
+    Args:
+        stream: Where to.
+        topic: What the commands are sent on, for the line that nobody listens.
+    """
+
+    def __init__(self, stream: TextIO, topic: str) -> None:
+        self._stream = stream
+        self._topic = topic
+        self._heard = time.monotonic()
+        self._told = False
+        self._shown = ""
+
+    def show(self, line: str, subscribers: int) -> None:
+        """Show a status; once for each time that nobody listens, say so before it."""
+        now = time.monotonic()
+        if subscribers:
+            self._heard, self._told = now, False
+        elif now - self._heard >= PATIENCE and not self._told:
+            self._told = True
+            text = f"nobody listens to {self._topic}, ROS_DOMAIN_ID {domain_id()}: does a gait run?"
+            self._write(text + "\n")
+        if self._stream.isatty():
+            self._write(line)
+        elif line != self._shown:
+            self._write(line + "\n")
+        self._shown = line
+        self._stream.flush()
+
+    def _write(self, text: str) -> None:
+        self._stream.write(("\r\033[K" if self._stream.isatty() else "") + text)
 
 
 class _RobotClient:
@@ -145,11 +182,23 @@ class _RobotClient:
 
         from robot_core.ros.topics import LATCHED
 
+        self._node = node
         self.velocity = VelocityPublisher(node, stamped=stamped)
+        kind = self.velocity.message_type.__name__
+        self._screen = Screen(sys.stdout, f"{node.resolve_topic_name('cmd_vel')} ({kind})")
         self.state = "not received yet"
         node.create_subscription(String, "gait/support", self._on_state, LATCHED)
         self._request = Trigger.Request
         self._reset = node.create_client(Trigger, "sim_bridge/reset")
+
+    def send(self, command: VelocityCommand, level: int | None = None) -> None:
+        """Send a command, and show it and the state of the gait."""
+        import rclpy
+
+        self.velocity.publish(command)
+        for _ in range(20):
+            rclpy.spin_once(self._node, timeout_sec=0.0)
+        self._screen.show(status_line(command, self.state, level), self.velocity.subscribers)
 
     def reset(self) -> None:
         if self._reset.service_is_ready():
@@ -177,26 +226,24 @@ def run(
         robot = _RobotClient(node, stamped=stamped)
         try:
             if velocity is not None:
-                hold(VelocityCommand(*velocity), robot.velocity.publish, stop)
+                hold(VelocityCommand(*velocity), robot.send, stop)
             else:
                 say(HELP)
-                _drive(node, robot, descriptor, stop)
+                _drive(robot, descriptor, stop)
         finally:
             robot.velocity.stop()
 
 
 def hold(
-    command: VelocityCommand, publish: Callable[[VelocityCommand], None], stop: StopRequest
+    command: VelocityCommand, send: Callable[[VelocityCommand], None], stop: StopRequest
 ) -> None:
-    """Publish a command again and again, because the gait forgets an old one."""
+    """Send a command again and again, because the gait forgets an old one."""
     while not stop:
-        publish(command)
+        send(command)
         time.sleep(PERIOD)
 
 
-def _drive(node: "Node", robot: _RobotClient, descriptor: int, stop: StopRequest) -> None:
-    import rclpy
-
+def _drive(robot: _RobotClient, descriptor: int, stop: StopRequest) -> None:
     driver = Driver()
     due = time.monotonic()
     while not stop:
@@ -212,8 +259,4 @@ def _drive(node: "Node", robot: _RobotClient, descriptor: int, stop: StopRequest
             driver = driver.press(key)
         if time.monotonic() >= due:
             due += PERIOD
-            robot.velocity.publish(driver.command)
-            for _ in range(20):
-                rclpy.spin_once(node, timeout_sec=0.0)
-            sys.stdout.write("\r\033[K" + status_line(driver, robot.state))
-            sys.stdout.flush()
+            robot.send(driver.command, driver.level)

@@ -1,5 +1,6 @@
 """Keys become commands; the terminal comes back whatever happens."""
 
+import io
 import math
 import os
 from collections.abc import Iterator
@@ -54,10 +55,23 @@ def test_keys(keys: str, asked: VelocityCommand) -> None:
 
 
 def test_the_status_line_shows_the_commanded_speed_and_the_state() -> None:
-    line = status_line(Driver(x=1, yaw=-1, level=9), "walk left")
+    line = status_line(Driver(x=1, yaw=-1, level=9).command, "walk left", 9)
     assert "+40.0 cm/s" in line
     assert "-100.0 deg/s" in line
-    assert line.endswith("gait: walk left")
+    assert line.endswith("speed 9/9   gait: walk left")
+    assert "speed" not in status_line(STANDSTILL, "stand")
+
+
+def test_the_screen_says_once_that_nobody_listens(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [10.0]
+    monkeypatch.setattr(teleop.time, "monotonic", lambda: now[0])
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+    stream = io.StringIO()
+    screen = teleop.Screen(stream, "/cmd_vel (Twist)")
+    for now[0], subscribers in ((12.9, 0), (13.0, 0), (20.0, 0), (21.0, 1), (23.9, 0), (24.0, 0)):
+        screen.show("status", subscribers)
+    alone = "nobody listens to /cmd_vel (Twist), ROS_DOMAIN_ID 7: does a gait run?"
+    assert stream.getvalue().splitlines() == ["status", alone, alone]
 
 
 @pytest.fixture
