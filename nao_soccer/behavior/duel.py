@@ -32,8 +32,8 @@ class DuelSettings(Settings):
     )
     gain_ball: float = number(
         1.0, 0.05, 20.0, "1/s",
-        "The same of a robot that plays the ball between them: its walk follows after half a "
-        "second, and the other one may come as fast.",
+        "The same of a robot that plays the ball between them: its walk follows 0.3 s "
+        "later, and the other one may come as fast.",
     )  # fmt: skip
     lift: float = number(
         0.5, 0.0, 1.0, "",

@@ -80,6 +80,12 @@ class Run:
         assert state is not None
         return state
 
+    def show(self, kind: Kind, place: Pose2) -> None:
+        """See one more object, at a pose in the field."""
+        x, y, _ = relative(place, self.truth)
+        seen = self.eyes.see(self.stamp, self.truth)
+        self.world.add_percepts(replace(seen, objects=(*seen.objects, percept(kind, (x, y)))))
+
     @property
     def odometry(self) -> Pose2:
         """The pose by odometry."""
@@ -311,11 +317,7 @@ def test_of_a_robot_the_newest_place_counts_whoever_saw_it():
     run.go(1.0)
     old = compose(run.truth, (0.9, 0.3, 0.0))
     for _ in range(3):
-        x, y, _ = relative(old, run.truth)
-        seen = run.eyes.see(run.stamp, run.truth)
-        run.world.add_percepts(
-            replace(seen, objects=(*seen.objects, percept(Kind.ROBOT_BLUE, (x, y))))
-        )
+        run.show(Kind.ROBOT_BLUE, old)
         run.go(0.05)
     moved = old[0] + 0.35, old[1]
     behind = compose(run.truth, (-0.4, 0.0, 0.0))[:2]
@@ -350,11 +352,7 @@ def test_a_robot_in_the_wrong_half_turns_when_it_and_its_mate_see_each_other(see
             told = TeamRobot(run.truth[:2], 0.0, mate=True), TeamRobot((1.2, 0.3), 0.0)
         else:
             for kind, place in ((Kind.ROBOT_RED, mate), (Kind.ROBOT_BLUE, (-0.3, -0.6, 0.0))):
-                x, y, _ = relative(place, run.truth)
-                seen = run.eyes.see(run.stamp, run.truth)
-                run.world.add_percepts(
-                    replace(seen, objects=(*seen.objects, percept(kind, (x, y))))
-                )
+                run.show(kind, place)
         run.world.add_mate(TeamMate(2, run.stamp, mate, True, robots=told))
     assert run.place_error(run.go(0.5)) < 0.1
 
@@ -429,11 +427,7 @@ def test_a_robot_near_a_fallen_team_mate_is_marked():
     run.go(1.0)
     ahead = compose(run.truth, (1.0, 0.0, 0.0))
     for _ in range(3):
-        x, y, _ = relative(ahead, run.truth)
-        seen = run.eyes.see(run.stamp, run.truth)
-        run.world.add_percepts(
-            replace(seen, objects=(*seen.objects, percept(Kind.ROBOT_RED, (x, y))))
-        )
+        run.show(Kind.ROBOT_RED, ahead)
         run.go(0.05)
     (robot,) = run.world.state().obstacles
     assert robot.team == "red"
