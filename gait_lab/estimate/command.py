@@ -84,6 +84,8 @@ def command(
     )
     if not found.quiet_time:
         say("no quiet stand: gyro bias and tilt of the soles are not removed")
+    if not found.yaw_by_gyro:
+        say("no yaw gyro: yaw and place are those of the legs, and feet slip in turns")
     rows = [("distance", moved, "m"), ("turn", float(np.degrees(found.yaw[-1])), "deg")]
     if truth is None:
         say("no reference: nothing to compare with")

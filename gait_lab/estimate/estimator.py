@@ -46,6 +46,7 @@ class Estimate:
         com: (t, 3) [m] in the world, above the support sole.
         load_share: (t,) share of the weight on the left sole.
         quiet_time: [s] of the longest quiet stand; 0 = none.
+        yaw_by_gyro: A yaw gyro tells how the feet turn on the ground.
     """
 
     up: FloatArray
@@ -54,6 +55,7 @@ class Estimate:
     com: FloatArray
     load_share: FloatArray
     quiet_time: float
+    yaw_by_gyro: bool
 
 
 class _Kinematics:
@@ -185,20 +187,20 @@ def _moved(
         com.append((*compose(odometry.support_sole_in_odom, (x, y, 0.0))[:2], z))
     return _from_the_first(
         np.array(position), np.unwrap(yaw), np.array(com), vertical, share,
-        float(time[quiet.stop] - time[quiet.start]),
+        float(time[quiet.stop] - time[quiet.start]), rate is not None,
     )  # fmt: skip
 
 
 def _from_the_first(
     position: FloatArray, yaw: FloatArray, com: FloatArray, vertical: FloatArray,
-    share: FloatArray, quiet_time: float,
+    share: FloatArray, quiet_time: float, yaw_by_gyro: bool,
 ) -> Estimate:  # fmt: skip
     """Everything in the world that begins under the base."""
     turn = planar(-yaw[0])
     origin = position[0, :2].copy()
     for points in (position, com):
         points[:, :2] = (points[:, :2] - origin) @ turn.T
-    return Estimate(vertical, position, yaw - yaw[0], com, share, quiet_time)
+    return Estimate(vertical, position, yaw - yaw[0], com, share, quiet_time, yaw_by_gyro)
 
 
 def planar(angle: float) -> FloatArray:

@@ -82,6 +82,17 @@ def test_a_constant_gyro_bias_is_found_in_the_stand(walk: Path, tmp_path: Path) 
         assert after[name] == pytest.approx(value, abs=1e-6), name
 
 
+def test_without_a_yaw_gyro_it_says_that_yaw_is_by_the_legs(
+    walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with np.load(walk) as file:
+        rate = file["imu_angular_velocity"]
+    two = edited(walk, tmp_path / "walk.npz", imu_angular_velocity=rate * [1.0, 1.0, 0.0])
+    for log, says in ((two, True), (walk, False)):
+        assert cli.main(["estimate", str(log), "--robot", ROBOT, "--out", str(tmp_path)]) == 0
+        assert ("no yaw gyro" in capsys.readouterr().out) == says
+
+
 def test_a_quiet_stand_is_the_longest_stretch_without_rotation() -> None:
     time = np.arange(0.0, 10.0, 0.01)
     rate, force = np.zeros((len(time), 3)), np.tile([0.0, 0.0, 9.81], (len(time), 1))
