@@ -389,6 +389,7 @@ class GaitNode(Node):
                 joint_states=self.count_publishers(self._joint_states.topic_name),
                 joint_command=self.count_publishers(self._command.topic_name),
                 mismatched=self._mismatched_senders(),
+                clock=self.count_publishers("/clock"),
             )
         )
         status = controller.last_status

@@ -44,12 +44,14 @@ class PublisherCounts:
         joint_states: Robots.
         joint_command: Gaits, this one included.
         mismatched: A sender of an input whose type or quality of service does not fit.
+        clock: Simulations, which tell the time.
     """
 
     cmd_vel: int = 1
     joint_states: int = 1
     joint_command: int = 1
     mismatched: str = ""
+    clock: int = 0
 
 
 class Reporter:
@@ -77,7 +79,7 @@ class Reporter:
         self._refused_at = -math.inf
         self._state = GaitState.STAND
         self._status: GaitStatus | None = None
-        self._soles_logged = False
+        self._soles_logged = self._simulated = False
         self._more_since: dict[str, float] = {}
 
     # -- messages ----------------------------------------------------------------------------------
@@ -177,8 +179,10 @@ class Reporter:
                 text = f"{none} in the first {WAITING:g} s{why}"
                 self.say.begin(SENSORS, Level.WARN, "silence", text)
         elif now - self._sensors_at > SILENCE:
-            text = f"{none} for over {SILENCE:g} s: the robot holds its last targets"
-            self.say.begin(SENSORS, Level.ERROR, "silence", text)
+            waits = "the simulation stands still, or " if self._simulated and not refused else ""
+            text = f"{none} for over {SILENCE:g} s: {waits}the robot holds its last targets"
+            level = Level.WARN if waits else Level.ERROR
+            self.say.begin(SENSORS, level, "silence", text)
 
     def _joints_are_refused(self) -> bool:
         """Joint states arrive, but cannot be read."""
@@ -186,6 +190,7 @@ class Reporter:
 
     def note_publishers(self, counts: PublisherCounts) -> None:
         """Report topics that have more publishers than they should; once per second."""
+        self._simulated = counts.clock > 0
         for topic, (group, level, text) in _MORE_PUBLISHERS.items():
             self._check_publishers(topic, getattr(counts, topic), group, level, text)
         if counts.mismatched:

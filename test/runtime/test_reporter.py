@@ -56,6 +56,21 @@ def test_a_sender_of_another_message_type_is_logged_once() -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("clock", "level", "why"),
+    [(0, Level.ERROR, ""), (1, Level.WARN, "the simulation stands still, or ")],
+)
+def test_a_simulation_that_stands_still_is_no_error(clock: int, level: Level, why: str) -> None:
+    reported = Reported()
+    reported.reporter.joints_arrived(reported.now, 0.0, repeated=False)
+    reported.reporter.note_publishers(PublisherCounts(clock=clock))
+    reported.now += 2.0
+    reported.reporter.watch()
+    (line,) = reported.reporter.say.take_log()
+    text = f"no joint_states for over 1 s: {why}the robot holds its last targets"
+    assert (line.level, line.text) == (level, text)
+
+
 def test_a_sender_is_named_as_soon_as_its_name_is_discovered() -> None:
     senders = [f"imu/data: got best effort from {name}" for name in ("_UNKNOWN_", "driver")]
     counts = (PublisherCounts(mismatched=sender) for sender in senders)
