@@ -105,9 +105,11 @@ def follow_body(
     sole_in_torso = root_in_torso[:, None] @ sole_in_root
     from_truth = bool(len(walk.truth))
     if from_truth:
-        torso = _true_torso(walk, stamps)
+        true = walk.truth.at(stamps)
+        torso = pose_of(true[:, 0:3], true[:, 3:7])
     else:
-        torso = _torso_by_odometry(walk, stamps, sole_in_torso)
+        odometry = walk.odometry.at(stamps) if len(walk.odometry) else np.zeros((count, 3))
+        torso = torso_over_soles(odometry, sole_in_torso)
     root = torso @ root_in_torso
     return BodyTrack(
         stamp=stamps,
@@ -133,11 +135,6 @@ def inverse_pose(pose: FloatArray) -> FloatArray:
     return result
 
 
-def _true_torso(walk: RecordedWalk, stamps: IntArray) -> FloatArray:
-    rows = walk.truth.at(stamps)
-    return pose_of(rows[:, 0:3], rows[:, 3:7])
-
-
 def pose_of(position: FloatArray, quaternion: FloatArray) -> FloatArray:
     """(t, 4, 4) from (t, 3) [m] and (t, 4) xyzw."""
     x, y, z, w = quaternion.T
@@ -154,13 +151,6 @@ def pose_of(position: FloatArray, quaternion: FloatArray) -> FloatArray:
     pose[:, :3, 3] = position
     pose[:, 3, 3] = 1.0
     return pose
-
-
-def _torso_by_odometry(
-    walk: RecordedWalk, stamps: IntArray, sole_in_torso: FloatArray
-) -> FloatArray:
-    odometry = walk.odometry.at(stamps) if len(walk.odometry) else np.zeros((len(stamps), 3))
-    return torso_over_soles(odometry, sole_in_torso)
 
 
 def torso_over_soles(odometry: FloatArray, sole_in_torso: FloatArray) -> FloatArray:

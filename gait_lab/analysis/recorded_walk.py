@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gait_lab.analysis.bag import BagContents, on_one_clock, open_bag
 from gait_lab.analysis.recorded_topics import (
@@ -19,10 +18,10 @@ from gait_lab.analysis.recorded_topics import (
     robots_in,
     topics_of,
 )
-from robot_core.types import FloatArray
-from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT
+from robot_core.geometry import yaw_of_quaternion
+from robot_core.types import FloatArray, Pose2
+from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT, IntArray
 
-IntArray = NDArray[np.int64]
 _NANO = 1e-9
 RESTART = 500_000_000
 """[ns] A longer step back in time begins a new run; a shorter one is a late message."""
@@ -47,9 +46,6 @@ class Table:
 
     def __len__(self) -> int:
         return len(self.stamp)
-
-    def __bool__(self) -> bool:
-        return len(self.stamp) > 0
 
     def at(self, stamps: IntArray) -> FloatArray:
         """(s, n) the rows with exactly these stamps (s,); NaN where there is none."""
@@ -216,18 +212,17 @@ def read_walk(path: Path, robot: str = "") -> RecordedWalk:
             rows.append((stamp or arrived, arrived, values(message)))
         return _rising(rows, width, name, remarks)
 
-    names = _names(messages("joints"))
-    joints = [_by_name(names, field) for field in ("position", "velocity", "effort")]
-    targets = _names(messages("targets"))
+    names, targets = _names(messages("joints")), _names(messages("targets"))
     tables = {
-        "position": table("joints", len(names), joints[0]),
-        "velocity": table("joints", len(names), joints[1]),
-        "effort": table("joints", len(names), joints[2]),
+        **{
+            field: table("joints", len(names), _by_name(names, field))
+            for field in ("position", "velocity", "effort")
+        },
         "targets": table("targets", len(targets), _by_name(targets, "position")),
         "command": table("command", 3, _twist, stamped=False),
         "truth": table("truth", 10, _odometry3),
         "true_com": table("true_com", 3, _point),
-        "odometry": table("odometry", 3, _odometry2),
+        "odometry": table("odometry", 3, lambda m: _planar(m.pose.pose)),
         "expected": table("expected", 3, _point),
         "measured": table("measured", 3, _point),
         "estimated": table("estimated", 3, _point),
@@ -412,13 +407,9 @@ def _odometry3(message: Any) -> tuple[float, ...]:
     return p.x, p.y, p.z, q.x, q.y, q.z, q.w, v.x, v.y, v.z
 
 
-def _yaw(q: Any) -> float:
-    return float(np.arctan2(2 * (q.x * q.y + q.z * q.w), 1 - 2 * (q.y * q.y + q.z * q.z)))
-
-
-def _odometry2(message: Any) -> tuple[float, float, float]:
-    pose = message.pose.pose
-    return pose.position.x, pose.position.y, _yaw(pose.orientation)
+def _planar(pose: Any) -> Pose2:
+    p, q = pose.position, pose.orientation
+    return p.x, p.y, yaw_of_quaternion(q.x, q.y, q.z, q.w)
 
 
 def _footsteps(messages: Messages) -> Footsteps:
@@ -430,10 +421,7 @@ def _footsteps(messages: Messages) -> Footsteps:
         stamp = _stamp(message.markers[0])
         if rows and stamp <= rows[-1][0]:
             continue
-        soles = [
-            (p.position.x, p.position.y, _yaw(p.orientation))
-            for p in (poses["left sole"], poses["right sole"])
-        ]
+        soles = _planar(poses["left sole"]), _planar(poses["right sole"])
         points = [
             (p.position.x, p.position.y) for p in (poses["pendulum origin"], poses["com"])
         ]

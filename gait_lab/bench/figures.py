@@ -44,14 +44,19 @@ def draw(path: Path, size: tuple[float, float], content: Callable[[Any], object]
 
 def paper_figures(options: Options, folder: Path) -> list[Path]:
     """Write `paper_figure_4.png`, `_6` and `_7` of the first robot of the options."""
-    figures = {4: (draw_origins, 4.0), 6: (draw_spot, 3.0), 7: (draw_push, 3.0)}
+    push = Push(find_task("spot").start + BEFORE_PUSH, IMPULSE, math.radians(90.0))
+    figures: dict[int, tuple[float, Callable[[Any], None]]] = {
+        4: (4.0, partial(_draw_origins, options)),
+        6: (3.0, partial(_draw_com_y, options, None)),
+        7: (3.0, partial(_draw_com_y, options, push)),
+    }
     return [
-        draw(folder / f"paper_figure_{number}.png", (7.0, height), partial(content, options))
-        for number, (content, height) in figures.items()
+        draw(folder / f"paper_figure_{number}.png", (7.0, height), content)
+        for number, (height, content) in figures.items()
     ]
 
 
-def draw_origins(options: Options, panel: Any) -> None:
+def _draw_origins(options: Options, panel: Any) -> None:
     """Figure 4: soles, pendulum origins and step sizes of successive steps, seen from above."""
     p = options.parameters
     if not isinstance(p, LipmParameters):
@@ -94,24 +99,12 @@ def _placed(points: Any, pose: Pose2) -> Any:
     return np.asarray(points) @ np.array(((c, s), (-s, c))) + (x, y)
 
 
-def draw_spot(options: Options, panel: Any) -> None:
-    """Figure 6: measured and expected CoM while stepping on the spot."""
-    _draw_com_y(panel, options, from_end=True)
-
-
-def draw_push(options: Options, panel: Any) -> None:
-    """Figure 7: the same while the robot is pushed from the right."""
-    push = Push(find_task("spot").start + BEFORE_PUSH, IMPULSE, math.radians(90.0))
-    _draw_com_y(panel, options, push)
-
-
-def _draw_com_y(
-    panel: Any, options: Options, push: Push | None = None, from_end: bool = False
-) -> None:
+def _draw_com_y(options: Options, push: Push | None, panel: Any) -> None:
+    """Measured and expected CoM: figure 6 on the spot, figure 7 pushed from the right."""
     spec = _spec(options, "spot", SHOWN, keep_trace=True, push=push)
     trace = rollout(spec).trace
     assert trace is not None  # keep_trace
-    start = float(trace.time[-1]) - SHOWN if from_end else spec.task.start
+    start = float(trace.time[-1]) - SHOWN if push is None else spec.task.start
     shown = trace.between(start, start + SHOWN)
     time = (shown.status_stamp - trace.stamp[0]) * 1e-9 - start
     for values, name, color in (

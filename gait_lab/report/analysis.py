@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gait_lab.analysis.body import BodyTrack, follow_body, robot_of, yaw_of_pose
+from gait_lab.analysis.body import BodyTrack, follow_body, footprint_of, robot_of
 from gait_lab.analysis.recorded_percepts import RecordedPercepts, find_percepts
 from gait_lab.analysis.recorded_trace import (
     Step,
@@ -223,10 +223,7 @@ def find_paths(walk: RecordedWalk, body: BodyTrack | None) -> Paths | None:
     truth = np.empty((0, 3))
     if body is not None and body.from_truth:
         known = np.isfinite(body.sole[:, 0, 0, 3])
-        poses = body.sole[known]
-        yaw = np.unwrap(yaw_of_pose(poses), axis=0).mean(axis=1)
-        middle = np.column_stack([poses[:, :, 0, 3].mean(axis=1), poses[:, :, 1, 3].mean(axis=1),
-                                  np.unwrap(yaw)])  # fmt: skip
+        middle = _unwrapped(footprint_of(body.sole[known]))
         if not len(stamp):
             stamp = body.stamp[known]
             odometry = np.full((len(stamp), 3), np.nan)

@@ -141,10 +141,15 @@ def _size(row: Compared) -> float:
     return abs(row.change) / max(abs(row.before), abs(row.after))
 
 
-def _walking(name: str, factor: float) -> Get:
+def _of(part: str, name: str, factor: float = 1.0, axis: int | None = None) -> Get:
+    """An attribute of a part of the analysis, or one axis of it, times a factor."""
+
     def get(analysis: Analysis) -> float:
-        metrics = analysis.walking
-        return math.nan if metrics is None else factor * float(getattr(metrics, name))
+        found = getattr(analysis, part)
+        if found is None:
+            return math.nan
+        value = getattr(found, name)
+        return factor * float(value if axis is None else value[axis])
 
     return get
 
@@ -154,10 +159,6 @@ def _step_duration(analysis: Analysis) -> float:
     return float(np.median(durations)) if durations else math.nan
 
 
-def _length(analysis: Analysis) -> float:
-    return math.nan if analysis.paths is None else analysis.paths.length
-
-
 def _drift(analysis: Analysis) -> float:
     paths = analysis.paths
     if paths is None or not len(paths.error) or paths.length < 0.2:
@@ -165,41 +166,21 @@ def _drift(analysis: Analysis) -> float:
     return 100 * float(np.hypot(*paths.error[-1, :2])) / paths.length
 
 
-def _saturated(analysis: Analysis) -> float:
-    return math.nan if analysis.motors is None else 100 * analysis.motors.saturated_share
-
-
-def _white(axis: int) -> Get:
-    def get(analysis: Analysis) -> float:
-        innovation = analysis.innovation
-        return math.nan if innovation is None else 1e3 * innovation.deviation[axis]
-
-    return get
-
-
-def _missed(analysis: Analysis) -> float:
-    return math.nan if analysis.timing is None else float(analysis.timing.missed)
-
-
-def _age(analysis: Analysis) -> float:
-    return math.nan if analysis.timing is None else 1e3 * analysis.timing.age
-
-
 _NUMBERS: tuple[tuple[str, str, int, int, Get], ...] = (
     ("recorded", "s", 1, 0, lambda analysis: analysis.walk.duration),
-    ("walked", "m", 2, 0, _length),
+    ("walked", "m", 2, 0, _of("paths", "length")),
     ("steps", "", 0, 0, lambda analysis: float(len(analysis.steps)) or math.nan),
     ("step duration, median", "s", 3, 0, _step_duration),
-    ("CoM |expected − measured| y", "mm", 2, -1, _walking("com_error_y_measured", 1e3)),
-    ("CoM |expected − measured| x", "mm", 2, -1, _walking("com_error_x_measured", 1e3)),
-    ("CoM |expected − true| y", "mm", 2, -1, _walking("com_error_y", 1e3)),
-    ("innovation y, standard deviation", "mm", 2, -1, _white(1)),
-    ("innovation x, standard deviation", "mm", 2, -1, _white(0)),
-    ("flight", "% of ticks", 2, -1, _walking("flight_share", 100.0)),
-    ("a motor at its torque limit", "% of ticks", 2, -1, _saturated),
+    ("CoM |expected − measured| y", "mm", 2, -1, _of("walking", "com_error_y_measured", 1e3)),
+    ("CoM |expected − measured| x", "mm", 2, -1, _of("walking", "com_error_x_measured", 1e3)),
+    ("CoM |expected − true| y", "mm", 2, -1, _of("walking", "com_error_y", 1e3)),
+    ("innovation y, standard deviation", "mm", 2, -1, _of("innovation", "deviation", 1e3, 1)),
+    ("innovation x, standard deviation", "mm", 2, -1, _of("innovation", "deviation", 1e3, 0)),
+    ("flight", "% of ticks", 2, -1, _of("walking", "flight_share", 100.0)),
+    ("a motor at its torque limit", "% of ticks", 2, -1, _of("motors", "saturated_share", 100.0)),
     ("odometry off at the end", "% of the way", 2, -1, _drift),
-    ("sensor age", "ms", 1, 0, _age),
-    ("joint states missing", "", 0, -1, _missed),
+    ("sensor age", "ms", 1, 0, _of("timing", "age", 1e3)),
+    ("joint states missing", "", 0, -1, _of("timing", "missed")),
 )
 
 _OF_STRETCHES: tuple[tuple[str, str, int, int, Callable[[Stretch], float]], ...] = (
