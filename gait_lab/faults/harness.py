@@ -12,7 +12,8 @@ from typing import Protocol
 
 import numpy as np
 
-from gait_lab.faults.channel import Channel, Command, Delivery, Message
+from gait_lab.channel import Channel
+from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.invariants import Invariants
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController, Output

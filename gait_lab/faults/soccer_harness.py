@@ -9,7 +9,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from gait_lab.faults.channel import Channel, Delivery
+from gait_lab.channel import Channel
+from gait_lab.faults.channel import Delivery
 from gait_lab.faults.harness import PERIOD, Fault
 from gait_lab.soccer.channels import Channels
 from gait_lab.soccer.eyes import Eyes, Sight

@@ -6,20 +6,19 @@ other errors.
 """
 
 import math
-from collections import deque
 
 import attrs
 import numpy as np
 
+from gait_lab.channel import Channel
 from gait_lab.rcss.field import ServerField
-from gait_lab.soccer.eyes import Arrival
 from gait_lab.soccer.percept_model import ErrorModel
-from gait_lab.vision.percept_errors import ROBOT, PerceptErrors, load_percept_errors
+from gait_lab.vision.percept_errors import ROBOT, load_percept_errors
 from nao_soccer.vision.image_geometry import ImageGeometry
-from nao_soccer.vision.percepts import Covariance2, Kind, Percept, Percepts
+from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.vision.visible_ground import visible_ground
 from rcss_bridge.codec import Polar, SeenPlayer, Sight
-from robot_core.geometry import rotation_from_rpy
+from robot_core.geometry import as_point, rotation_from_rpy
 from robot_core.robot import RobotDescription
 from robot_core.robot.camera import CameraModel, CameraPose, CameraView, Intrinsics
 from robot_core.types import FloatArray, Pose6
@@ -46,15 +45,16 @@ class ServerEyes:
     def __init__(
         self, robot: RobotDescription, field: ServerField, team: str, number: int, *, exact: bool
     ) -> None:
+        errors = load_percept_errors()
         reach = IMAGE.fx / MEASURED_FOCAL * OBJECTS / field.size
-        errors = _reaching(load_percept_errors(), reach)
+        errors = attrs.evolve(errors, distances=tuple(reach * each for each in errors.distances))
         self._model = None if exact else ErrorModel(errors, number)
         self._delay = 0 if exact else round(errors.delay * 1e9)
         self._camera = CameraModel(robot, next(iter(robot.cameras)), IMAGE)
         self.places = field.places(right=False)
         self._size = field.size
         self._team, self._number = team, number
-        self._coming: deque[Arrival] = deque()
+        self._coming = Channel[Percepts]()
 
     def look(self, stamp: int, sight: Sight, joints: FloatArray, torso: Pose6) -> None:
         """Take what the server shows at a stamp [ns], with the torso [m, rad] in base_footprint."""
@@ -75,7 +75,7 @@ class ServerEyes:
                 rows = self._model.found(errors, places, all_seen, common)
             covariances = geometry.covariance(rows[:, :2])
             return [
-                (Percept(kind, (x, y), _triple(covariance)), int(index))
+                (Percept(kind, (x, y), as_point(covariance)), int(index))
                 for (x, y, index), covariance in zip(rows.tolist(), covariances, strict=True)
             ]
 
@@ -84,32 +84,19 @@ class ServerEyes:
             names = [each for each in sight.marks if each[0] == letter and each in self.places]
             found = percepts(Kind.POLE, errors.value, [sight.marks[each] for each in names])
             objects += [each._replace(place=self.places[names[index]]) for each, index in found]
-        others = [each for each in sight.players if not self._is_self(each)]
+        itself = self._team, self._number
+        others = [each for each in sight.players if (each.team, each.number) != itself]
         for mate, kind in ((True, Kind.ROBOT_RED), (False, Kind.ROBOT_BLUE)):
             team = [each for each in others if (each.team == self._team) is mate]
             objects += [each for each, _ in percepts(kind, ROBOT, [_middle(one) for one in team])]
         ball = percepts(Kind.BALL, Kind.BALL.value, [] if sight.ball is None else [sight.ball])
-        self._coming.append(
-            Arrival(
-                stamp + self._delay,
-                Percepts(
-                    stamp,
-                    ball[0][0] if ball else None,
-                    tuple(objects),
-                    visible=visible_ground(view),
-                ),
-            )
-        )
+        found_ball = ball[0][0] if ball else None
+        recognised = Percepts(stamp, found_ball, tuple(objects), visible=visible_ground(view))
+        self._coming.send(stamp + self._delay, recognised)
 
     def arrived(self, now: int) -> list[Percepts]:
         """What has been recognised by `now` [ns]."""
-        found = []
-        while self._coming and self._coming[0].due <= now:
-            found.append(self._coming.popleft().percepts)
-        return found
-
-    def _is_self(self, player: SeenPlayer) -> bool:
-        return player.team == self._team and player.number == self._number
+        return self._coming.receive(now)
 
 
 def _places(seen: list[Polar], view: CameraView, size: float) -> FloatArray:
@@ -126,13 +113,3 @@ def _middle(player: SeenPlayer) -> Polar:
     """Where a player stands: at one of its feet, or below its head."""
     parts = player.parts
     return parts.get("lfoot") or parts.get("rfoot") or next(iter(parts.values()))
-
-
-def _triple(row: FloatArray) -> Covariance2:
-    xx, xy, yy = row.tolist()
-    return xx, xy, yy
-
-
-def _reaching(errors: PerceptErrors, factor: float) -> PerceptErrors:
-    """The errors with recalls that hold at `factor` times the distance."""
-    return attrs.evolve(errors, distances=tuple(factor * each for each in errors.distances))

@@ -1,1 +1,1 @@
-"""Matches, challenges and single abilities of simulated players; trials of the world model."""
+"""Matches and challenges of simulated players; trials of the world model."""

@@ -209,7 +209,6 @@ class ChallengeResult:
     Attributes:
         score: [s] or [m], the less the better; None = not done by the rules.
         parts: [m] left to each target of the best kick; None = not by the rules.
-        trace: True places of robot and ball (x, y, x, y [m]) ten times a second.
     """
 
     spec: ChallengeSpec
@@ -217,7 +216,6 @@ class ChallengeResult:
     penalties: int
     parts: tuple[float | None, ...]
     doing: str
-    trace: tuple[tuple[float, float, float, float], ...]
 
 
 def play_challenge(spec: ChallengeSpec) -> ChallengeResult:
@@ -241,7 +239,6 @@ class _Attempt(AbstractContextManager["_Attempt"]):
         self.player = self.pitch.players[0]
         for other in self.pitch.players[1:]:
             other.runs = False
-        self.trace: list[tuple[float, float, float, float]] = []
 
     def run(
         self, kind: Callable[..., Player]
@@ -257,8 +254,6 @@ class _Attempt(AbstractContextManager["_Attempt"]):
             time = (pitch.count - begins) * CONTROL_PERIOD
             if time < 0.0:
                 continue
-            if pitch.count % 10 == 0:
-                self.trace.append((*pitch.poses[0][:2], *pitch.ball))
             yield time, ticks[0], pitch.world.touches
             if time > self.spec.limit:
                 return
@@ -275,7 +270,7 @@ class _Attempt(AbstractContextManager["_Attempt"]):
 
     def result(self, score: float | None, doing: str, penalties: int = 0) -> ChallengeResult:
         """What came of it."""
-        return ChallengeResult(self.spec, score, penalties, (), doing, tuple(self.trace))
+        return ChallengeResult(self.spec, score, penalties, (), doing)
 
     def __exit__(self, *_: object) -> None:
         self.pitch.world.close()
@@ -337,7 +332,6 @@ def _kicks(spec: ChallengeSpec) -> ChallengeResult:
     return ChallengeResult(
         spec, sum(whole) if len(whole) == len(parts) else None, 0, parts,
         "; ".join(each.doing for each in results),
-        tuple(row for each in results for row in each.trace),
     )  # fmt: skip
 
 

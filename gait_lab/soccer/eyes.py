@@ -1,12 +1,12 @@
 """The eyes of a simulated robot: percepts by the model."""
 
 import math
-from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from gait_lab.channel import Channel
 from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
 from gait_lab.vision.percept_errors import PerceptErrors
 from nao_soccer.vision.percepts import Percepts
@@ -47,13 +47,6 @@ def cameras_of(robot: RobotDescription) -> list[CameraModel]:
     ]
 
 
-class Arrival(NamedTuple):
-    """Percepts on their way; `due` [ns] is when they arrive."""
-
-    due: int
-    percepts: Percepts
-
-
 class ModelEyes:
     """Percepts by the model of their errors, without images."""
 
@@ -73,7 +66,7 @@ class ModelEyes:
         self._period = round(IMAGE_PERIOD * 1e9) // len(self._cameras)
         self._next_image = 0
         self._camera = 0
-        self._coming: deque[Arrival] = deque()
+        self._coming = Channel[Percepts]()
 
     def arrived(self, sight: Sight) -> list[Percepts]:
         """See `Eyes`."""
@@ -92,11 +85,8 @@ class ModelEyes:
                     for each in others
                 ],
             )
-            self._coming.append(Arrival(now + self._delay, percepts))
-        found = []
-        while self._coming and self._coming[0].due <= now:
-            found.append(self._coming.popleft().percepts)
-        return found
+            self._coming.send(now + self._delay, percepts)
+        return self._coming.receive(now)
 
 
 def _view(camera: CameraModel, truth: GroundTruth, footprint: Pose2) -> CameraView:

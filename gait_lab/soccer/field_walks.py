@@ -4,11 +4,8 @@ The world model does not act on the body. So one walk in the physics serves many
 other percepts, other delays, other faults.
 """
 
-import hashlib
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import attrs
@@ -21,9 +18,7 @@ from nao_lipm_gait.runtime.commands import LONGEST_BIAS_WAIT, BiasWait
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import relative
 from robot_core.types import STANDSTILL, FloatArray, Pose2, VelocityCommand
-from sim_bridge.plant import load_plant
 from sim_bridge.scene import Scene, load_scene
-from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.trial import (
     Action,
     Policy,
@@ -66,28 +61,14 @@ class WalkSamples(NamedTuple):
     Attributes:
         stamp: (n,) [ns]
         odometry: (n, 3) base_footprint in odom: x, y [m], yaw [rad].
-        covariance: (n, 6) its covariance, in the order of `PoseCovariance`.
         torso: (n, 6) the torso in base_footprint by the gait: x, y, z [m], roll, pitch, yaw [rad].
         truth: (n, 3) base_footprint in the frame of the field.
-        fallen: (n,) The robot lies.
     """
 
     stamp: NDArray[np.int64]
     odometry: FloatArray
-    covariance: FloatArray
     torso: FloatArray
     truth: FloatArray
-    fallen: NDArray[np.bool_]
-
-    def save(self, path: Path) -> None:
-        """Write a file."""
-        np.savez_compressed(path, **self._asdict())
-
-    @classmethod
-    def load(cls, path: Path) -> "WalkSamples":
-        """Read a file."""
-        with np.load(path) as data:
-            return cls(**{name: data[name] for name in cls._fields})
 
     def until(self, seconds: float) -> "WalkSamples":
         """Its first seconds."""
@@ -154,8 +135,26 @@ def record(spec: WalkSpec) -> WalkSamples:
     Raises:
         NaoGaitError: The scene has no field.
     """
-    scene = scene_of(spec)
-    return _run(attrs.evolve(scene, ball=None), spec, half_of(scene))
+    scene = attrs.evolve(scene_of(spec), ball=None)
+    rows = []
+    truths: dict[int, Pose2] = {}
+    with make_scene_world(
+        scene, plant=spec.plant, engine=spec.engine, noise_seed=spec.seed
+    ) as world:
+        (gait,) = make_gaits(world)
+        policy = RandomWalk(half_of(scene), spec.seed, gait, spec.seconds)
+        controller = WalkerResponder(world, world.robot, gait, policy)
+        ticks = run_responder(world, controller, lambda *_: None, past_falls=True)
+        for count, tick in enumerate(ticks):
+            truths[tick.truth.stamp] = tick.truth.base_footprint
+            status = tick.status
+            if status is None or count % EVERY or status.stamp not in truths:
+                continue
+            truth = truths[status.stamp]
+            for old in [stamp for stamp in truths if stamp < status.stamp]:
+                del truths[old]
+            rows.append((status.stamp, status.base_footprint_in_odom, gait.torso_pose, truth))
+    return WalkSamples(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
 def scene_of(spec: WalkSpec) -> Scene:
@@ -174,58 +173,3 @@ def half_of(scene: Scene) -> tuple[float, float]:
     """Half length and half width [m] of the field."""
     field = scene.field
     return (0.0, 0.0) if field is None else (field.length / 2.0, field.width / 2.0)
-
-
-def _run(scene: Scene, spec: WalkSpec, half: tuple[float, float]) -> WalkSamples:
-    rows = []
-    truths: dict[int, Pose2] = {}
-    with make_scene_world(
-        scene, plant=spec.plant, engine=spec.engine, noise_seed=spec.seed
-    ) as world:
-        (gait,) = make_gaits(world)
-        policy = RandomWalk(half, spec.seed, gait, spec.seconds)
-        controller = WalkerResponder(world, world.robot, gait, policy)
-        ticks = run_responder(world, controller, lambda *_: None, past_falls=True)
-        for count, tick in enumerate(ticks):
-            truths[tick.truth.stamp] = tick.truth.base_footprint
-            status = tick.status
-            if status is None or count % EVERY or status.stamp not in truths:
-                continue
-            truth = truths[status.stamp]
-            for old in [stamp for stamp in truths if stamp < status.stamp]:
-                del truths[old]
-            rows.append(
-                (
-                    status.stamp,
-                    status.base_footprint_in_odom,
-                    status.pose_covariance,
-                    gait.torso_pose,
-                    truth,
-                    tick.fallen,
-                )
-            )
-    return WalkSamples(*(np.array(column) for column in zip(*rows, strict=True)))
-
-
-def walks(
-    specs: Sequence[WalkSpec], folder: Path | None = None, **options: object
-) -> list[WalkSamples]:
-    """The walks of some specifications; with a folder they are kept there and read again."""
-    if folder is None:
-        return parallel_map(record, specs, label="walks", **options)  # type: ignore[arg-type]
-    folder.mkdir(parents=True, exist_ok=True)
-    missing = [spec for spec in specs if not _file(folder, spec).exists()]
-    for spec, walk in zip(
-        missing,
-        parallel_map(record, missing, label="walks", **options),  # type: ignore[arg-type]
-        strict=True,
-    ):
-        walk.save(_file(folder, spec))
-    return [WalkSamples.load(_file(folder, spec)) for spec in specs]
-
-
-def _file(folder: Path, spec: WalkSpec) -> Path:
-    plant = load_plant(spec.plant) if isinstance(spec.plant, str) else spec.plant
-    options = hashlib.sha256(repr(plant).encode()).hexdigest()[:8]
-    name = f"{Path(spec.scene).stem}_{spec.urdf}_{plant.name}_{options}_{spec.engine}"
-    return folder / f"{name}_{spec.seed}_{spec.seconds:g}.npz"

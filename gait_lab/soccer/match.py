@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gait_lab.soccer.channels import Channels, SilentReferee
-from gait_lab.soccer.duel import RESTS
 from gait_lab.soccer.eyes import in_field
 from gait_lab.soccer.match_progress import MatchProgress
 from gait_lab.soccer.motion_track import PERIOD, BodyState, MotionTrack
@@ -41,6 +40,8 @@ FRAME_TICKS = 20
 """Control periods between two frames of the replay."""
 MOTION_TICKS = round(PERIOD / CONTROL_PERIOD)
 """Control periods between two moments of the motion."""
+RESTS = 0.03
+"""[m/s] A slower ball rests."""
 AT_BALL, DUEL = 0.5, 1.0
 """[m] from a robot to a ball that it plays; [s] Least duration of a duel, and most of a break in
 one."""

@@ -1,12 +1,11 @@
-"""A recorded walk with the world model in the loop of head, cameras and percepts.
+"""The world model in the loop of head, cameras and percepts, over a walk of random commands.
 
-Each sample of the walk is one step: odometry, head, cameras, vision, world model. Percepts come
-from `PerceptModel`, at the delay that is asked for; the truth is compared with the state at the
-state's own time.
+Over a recorded walk each sample is one step: odometry, head, cameras, vision, world model. Percepts
+come from `PerceptModel`, at the delay that is asked for. With rendered images the walk runs
+meanwhile. The truth is compared with the state at the state's own time.
 """
 
 import math
-from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -14,24 +13,29 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_lab.channel import Channel
 from gait_lab.soccer.ball_course import BallCourse, BallTruth
-from gait_lab.soccer.eyes import IMAGE_PERIOD, Arrival, cameras_of
-from gait_lab.soccer.field_walks import WalkSamples
+from gait_lab.soccer.eyes import IMAGE_PERIOD, Sight, cameras_of
+from gait_lab.soccer.field_walks import RandomWalk, WalkSamples, WalkSpec, half_of, scene_of
 from gait_lab.soccer.percept_model import PerceptModel
 from gait_lab.soccer.pitch import PitchSpec
+from gait_lab.soccer.rendered_eyes import RenderedEyes
 from gait_lab.vision.percept_errors import PerceptErrors, load_percept_errors
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.whole_body.body_model import SolePose
+from nao_soccer.vision.percepts import Percepts
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.world.looking import Looking
 from nao_soccer.world.model import WorldModel
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode, TeamBall, TeamMate, WorldState
-from robot_core.geometry import compose, relative, rotate_planar, rotation_from_rpy
+from robot_core.geometry import as_point, compose, relative, rotate_planar, rotation_from_rpy
 from robot_core.robot import RobotDescription, load_robot
-from robot_core.robot.camera import CameraView
+from robot_core.robot.camera import CameraModel, CameraView
 from robot_core.types import FloatArray, Pose2
+from sim_bridge.cameras.camera import CameraSettings
+from sim_bridge.trials.trial import WalkerResponder, make_gaits, make_scene_world, run_responder
 
 MATE_PERIOD = 0.5
 """[s] Between two messages of a team mate."""
@@ -132,7 +136,7 @@ class Head:
     def __init__(self, robot: RobotDescription) -> None:
         self.control = HeadControl(robot)
         self.joints = np.array(robot.stand_pose, dtype=float)
-        self._cameras = cameras_of(robot)
+        self.cameras = cameras_of(robot)
         self._position = np.zeros(3)
         self._rotation = np.eye(3)
 
@@ -143,18 +147,13 @@ class Head:
         # Both soles of this place are base_footprint.
         foot = -self._rotation.T @ self._position
         axes = self._rotation
-        sole = SolePose(_triple(foot), _triple(axes[0]), _triple(axes[2]))
-        place = TorsoPlace(_triple(axes[2]), sole, sole, (0.0, 0.0, 0.0))
+        sole = SolePose(as_point(foot), as_point(axes[0]), as_point(axes[2]))
+        place = TorsoPlace(as_point(axes[2]), sole, sole, (0.0, 0.0, 0.0))
         self.control.apply(self.joints, place, dt)
 
-    def view(self, camera: int) -> CameraView:
+    def view(self, camera: CameraModel) -> CameraView:
         """A camera in base_footprint."""
-        return self._cameras[camera].view(self.joints, self._position, self._rotation)
-
-    @property
-    def camera_count(self) -> int:
-        """Number of cameras."""
-        return len(self._cameras)
+        return camera.view(self.joints, self._position, self._rotation)
 
 
 def trace_row(
@@ -193,8 +192,8 @@ def run_trial(spec: WorldTrialSpec, walk: WalkSamples) -> WorldTrace:
     course = BallCourse(half, spec.seed)
     mate = _Mate(spec.seed) if spec.mate else None
     head = Head(robot)
-    arrivals: deque[Arrival] = deque()
-    period = round(1e9 * IMAGE_PERIOD / head.camera_count)
+    arrivals = Channel[Percepts]()
+    period = round(1e9 * IMAGE_PERIOD / len(head.cameras))
     rows, exposures, before = [], 0, int(walk.stamp[0])
     model.start((_pose(walk.truth[0]),))
     table = zip(
@@ -211,24 +210,65 @@ def run_trial(spec: WorldTrialSpec, walk: WalkSamples) -> WorldTrace:
         head.step(torso, (stamp - before) * 1e-9)
         before = stamp
         if stamp >= int(walk.stamp[0]) + exposures * period:
-            view = head.view(exposures % head.camera_count)
+            view = head.view(head.cameras[exposures % len(head.cameras)])
             exposures += 1
             if not blind:
-                arrivals.append(
-                    Arrival(stamp + delay, vision.see(stamp, view, truth, ball.position))
-                )
+                arrivals.send(stamp + delay, vision.see(stamp, view, truth, ball.position))
         if mate is not None:
             mate.tell(model, stamp, ball)
-        while arrivals and arrivals[0].due <= stamp:
-            due, percepts = arrivals.popleft()
-            if not spec.knows_delay:
-                percepts = replace(percepts, stamp=stamp)
-            model.add_percepts(percepts)
+        for percepts in arrivals.receive(stamp):
+            known = percepts if spec.knows_delay else replace(percepts, stamp=stamp)
+            model.add_percepts(known)
             state = model.state()
             if state is None:
                 continue
             head.control.ask(looking.goal(spec.head, state))
-            rows.append(trace_row(state, truth, ball, (stamp - due + delay) * 1e-9))
+            rows.append(trace_row(state, truth, ball, (stamp - percepts.stamp) * 1e-9))
+    return WorldTrace.of(rows)
+
+
+def run_rendered(spec: WalkSpec, head: HeadMode = HeadMode.AUTO) -> WorldTrace:
+    """Walk, render, see and estimate, all in one loop.
+
+    Raises:
+        NaoGaitError: The scene has no field, or its images cannot be rendered.
+    """
+    scene, settings = scene_of(spec), settings_of_scene(spec.scene)
+    with make_scene_world(
+        scene, plant=spec.plant, engine=spec.engine, noise_seed=spec.seed, cameras=CameraSettings()
+    ) as world:
+        robot = world.robot
+        (gait,) = make_gaits(world)
+        eyes = RenderedEyes(robot, gait, settings)
+        model = WorldModel(WorldSettings.on(settings, spec.seed))
+        looking = Looking(model.map)
+        model.start((robot.truth().base_footprint,))
+        half = half_of(scene)
+        course = BallCourse((half[0] + 0.2, half[1] + 0.2), spec.seed)
+        policy = RandomWalk(half, spec.seed, gait, spec.seconds)
+        controller = WalkerResponder(world, robot, gait, policy)
+        truths: dict[int, tuple[Pose2, BallTruth]] = {}
+        rows = []
+        stamp: int | None = None
+        for tick in run_responder(world, controller, lambda *_: None, past_falls=True):
+            place = tick.truth.base_footprint
+            ball = course.at(world.time * 1e-9, place)
+            world.put_ball(*ball.position, ball.velocity)
+            truths[world.time] = place, ball
+            status = tick.status
+            if status is None or status.stamp == stamp:
+                continue
+            stamp = status.stamp
+            model.add_odometry(stamp, status.base_footprint_in_odom)
+            for percepts in eyes.arrived(Sight(world.time, tick.truth, ball.position)):
+                model.add_percepts(percepts)
+                state = model.state()
+                if state is not None and state.stamp in truths:
+                    gait.request_look(looking.goal(head, state))
+                    delay = (state.stamp - percepts.stamp) * 1e-9
+                    rows.append(trace_row(state, *truths[state.stamp], delay))
+            for old in [each for each in truths if each < stamp]:
+                del truths[old]
     return WorldTrace.of(rows)
 
 
@@ -296,8 +336,3 @@ def turned_after(walk: WalkSamples, time: float, seconds: float, turn: float) ->
 def _pose(values: Sequence[float] | FloatArray) -> Pose2:
     x, y, yaw = values
     return float(x), float(y), float(yaw)
-
-
-def _triple(values: FloatArray) -> tuple[float, float, float]:
-    x, y, z = values.tolist()
-    return x, y, z

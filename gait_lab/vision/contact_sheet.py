@@ -7,8 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from gait_lab.vision.evaluate import BRIGHTNESS, Viewer
-from gait_lab.vision.observations import Observation, observations
+from gait_lab.vision.evaluate import BRIGHTNESS, Observation, Viewer, observations
 from gait_lab.vision.viewing_walks import random_walk
 from nao_soccer.vision.colors import Image
 from nao_soccer.vision.debug_image import draw_debug_image

@@ -1,22 +1,27 @@
-"""Renders one walk and scores what vision sees in it."""
+"""Renders a walk and scores what vision sees in it from where the robot measured its camera."""
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from gait_lab.vision.expected import View
-from gait_lab.vision.observations import Observation, observations
 from gait_lab.vision.score import Score, score_image
 from gait_lab.vision.viewing_walks import random_walk
 from nao_soccer.vision.colors import Image, load_color_table
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.frame import Frame
 from nao_soccer.vision.percepts import Percepts
+from nao_soccer.vision.pose_history import BodyHistory
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.vision.tilt_calibration import TiltCalibration
-from robot_core.robot import load_robot
+from robot_core.geometry import rotation_from_rpy
+from robot_core.robot import RobotDescription, load_robot
+from robot_core.robot.camera import CameraModel, CameraView, RgbImage
 from sim_bridge.plant import PlantOption
+from sim_bridge.trials.rendered_frames import FrameTruth, RenderedFrame, RenderSpec, rendered_frames
 
 BRIGHTNESS = (0.6, 1.0, 1.4)
 """Factors on each image, beside the exposure that each camera has of its own."""
@@ -24,12 +29,61 @@ SETTLE = 1.0
 """[s] At the start, in which vision learns the tilt of the cameras and nothing is scored."""
 
 
+class Observation(NamedTuple):
+    """An image that vision can work on.
+
+    Attributes:
+        camera: Name of the camera.
+        stamp: [ns] time of the exposure.
+        time: [ns] when the image arrives.
+        image: (h, w, 3) red, green, blue.
+        view: The camera in base_footprint at the time of the exposure, as measured.
+        late_view: The same from the newest measurement at the arrival of the image.
+        truth: At the time of the exposure.
+    """
+
+    camera: str
+    stamp: int
+    time: int
+    image: RgbImage
+    view: CameraView
+    late_view: CameraView
+    truth: FrameTruth
+
+
+def observations(spec: RenderSpec, robot: RobotDescription) -> Iterator[Observation]:
+    """The images of a walk for whose time the body is known."""
+    models: dict[str, CameraModel] = {}
+    for frame in rendered_frames(spec):
+        model = models.setdefault(frame.camera, CameraModel(robot, frame.camera, frame.intrinsics))
+        history = _history(frame)
+        if not history.covers(frame.stamp) or frame.samples[0].stamp > frame.stamp:
+            continue
+        view, late_view = (
+            model.view(*history.at(stamp)) for stamp in (frame.stamp, frame.samples[-1].stamp)
+        )
+        yield Observation(
+            frame.camera, frame.stamp, frame.time, frame.image, view, late_view, frame.truth
+        )
+
+
+def _history(frame: RenderedFrame) -> BodyHistory:
+    """What the robot has measured of its body."""
+    history = BodyHistory()
+    for sample in frame.samples:
+        x, y, z, roll, pitch, yaw = sample.torso_in_footprint
+        history.add_joints(sample.stamp, sample.joint_position)
+        rotation = np.array(rotation_from_rpy(roll, pitch, yaw))
+        history.add_torso(sample.stamp, np.array((x, y, z)), rotation)
+    return history
+
+
 @dataclass(frozen=True, slots=True)
 class VisionWalk:
     """One walk to be seen.
 
     Attributes:
-        kind: One of `walks.KINDS`.
+        kind: One of `viewing_walks.KINDS`.
     """
 
     seed: int
@@ -39,7 +93,6 @@ class VisionWalk:
     urdf: str
     plant: str = "reference"
     plant_options: tuple[PlantOption, ...] = ()
-    clutter: bool = False
 
 
 @dataclass(slots=True)
@@ -95,9 +148,7 @@ class Viewer:
 def evaluate_walk(walk: VisionWalk) -> WalkScores:
     """Render one walk and score it; each image is seen with every brightness."""
     seconds = SETTLE + walk.seconds
-    spec = random_walk(
-        walk.seed, walk.kind, walk.engine, seconds, walk.urdf, clutter=walk.clutter
-    )
+    spec = random_walk(walk.seed, walk.kind, walk.engine, seconds, walk.urdf)
     spec = replace(spec, plant=walk.plant, plant_options=walk.plant_options)
     viewers = {factor: Viewer(factor) for factor in BRIGHTNESS}
     late = Viewer(1.0, late=True)

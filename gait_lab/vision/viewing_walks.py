@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from robot_core.errors import NaoGaitError
-from robot_core.field import Field, Pole
+from robot_core.field import Field
 from robot_core.types import STANDSTILL, Point2, Pose2, VelocityCommand
 from sim_bridge.scene import Scene, SceneBall, SceneRobot, load_scene
 from sim_bridge.trials.rendered_frames import BALL_TIME, HeadSweep, RenderSpec
@@ -37,24 +37,12 @@ MARGIN = 0.15
 """[m] From the outer lines to what is placed on the field."""
 WAY = (0.45, 1.6)
 """[m] Half of the width, and length, of what is kept free of robots ahead."""
-CLUTTER = 12
-"""Coloured columns around the field, if there are any."""
-CLUTTER_RANGE = (0.3, 1.5)
-"""[m] From the edge of the carpet to their middle."""
-CLUTTER_SIZE = ((0.1, 0.5), (0.1, 1.0))
-"""[m] Least and largest diameter, and height."""
-CLUTTER_COLORS = ("orange", "white", "blue", "red", "yellow")
 TRIALS = 500
 """Random places that are tried for one object."""
 
 
-def random_walk(
-    seed: int, kind: str, engine: str, seconds: float, urdf: str, *, clutter: bool = False
-) -> RenderSpec:
-    """A walk of one robot for some seconds; even seeds begin anywhere, odd ones in front of a goal.
-
-    With `clutter`, columns in the colours of ball, lines and robots stand around the field.
-    """
+def random_walk(seed: int, kind: str, engine: str, seconds: float, urdf: str) -> RenderSpec:
+    """A walk of one robot for some seconds; even seeds begin anywhere, odd ones before a goal."""
     random = np.random.default_rng([seed, KINDS.index(kind)])
     base = load_scene("pitch")
     if base.field is None:
@@ -76,10 +64,9 @@ def random_walk(
         for index in range(math.ceil(seconds * 1e9 / BALL_TIME) + 1)
     ]
     x, y = _ahead(pose, -BEHIND, 0.0)
-    poles = _clutter(np.random.default_rng([seed, CLUTTER]), base.field) if clutter else ()
     scene = Scene(
         name="vision", field=base.field, goals=base.goals, robots=tuple(robots),
-        ball=SceneBall(x=x, y=y), poles=poles,
+        ball=SceneBall(x=x, y=y),
     )  # fmt: skip
     return RenderSpec(
         scene=scene,
@@ -149,24 +136,6 @@ def _beside_way(random: np.random.Generator, field: Field, robots: list[SceneRob
     if place is None:
         raise NaoGaitError("vision walk", f"start {seer}", "room for another robot")
     return place
-
-
-def _clutter(random: np.random.Generator, field: Field) -> tuple[Pole, ...]:
-    """Columns of one colour each, beyond the carpet on all sides."""
-    poles = []
-    for index in range(CLUTTER):
-        away = field.border + random.uniform(*CLUTTER_RANGE)
-        half = 0.5 * field.length, 0.5 * field.width
-        side, axis = (-1.0, 1.0)[index % 2], index // 2 % 2
-        place = [0.0, 0.0]
-        place[axis] = side * (half[axis] + away)
-        place[1 - axis] = float(random.uniform(-1.0, 1.0)) * half[1 - axis]
-        diameter, height = (float(random.uniform(*span)) for span in CLUTTER_SIZE)
-        color = CLUTTER_COLORS[index % len(CLUTTER_COLORS)]
-        poles.append(
-            Pole(x=place[0], y=place[1], diameter=diameter, height=height, colors=(color,))
-        )
-    return tuple(poles)
 
 
 def _ball(

@@ -12,6 +12,7 @@ import pytest
 
 from gait_lab.bench import suite
 from gait_lab.bench.suites.faults import classes_of
+from gait_lab.channel import Channel
 from gait_lab.faults.campaign import (
     ALL_FAULTS,
     FAULTS,
@@ -21,7 +22,7 @@ from gait_lab.faults.campaign import (
     FaultRun,
     run_fault,
 )
-from gait_lab.faults.channel import Channel, Command, Delivery, Message
+from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.healthy import Healthy
 from gait_lab.faults.invariants import (

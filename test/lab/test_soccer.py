@@ -6,7 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from gait_lab.soccer.abilities import AbilitySpec, play_ability
+from gait_lab.bench.suites.abilities import AbilitySpec, play_ability
+from gait_lab.bench.suites.solo import SoloSpec, play_solo
 from gait_lab.soccer.kick_table import table
 from gait_lab.soccer.match import BallWatch, Match, MatchResult, MatchSpec, match_scene
 from gait_lab.soccer.pitch import Pitch, is_upright
@@ -17,7 +18,6 @@ from gait_lab.soccer.snapshots import (
     is_turned,
     wrong_half,
 )
-from gait_lab.soccer.solo import SoloSpec, solo
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.referee.rules import Goal, PutRobot, RobotPlace
@@ -32,13 +32,13 @@ pytest.importorskip("mujoco")
 
 
 def test_a_robot_before_the_goal_scores() -> None:
-    result = solo(SoloSpec(seed=1, start=(1.45, 0.1, 0.0), ball=(1.75, 0.1), limit=25.0))
+    result = play_solo(SoloSpec(seed=1, start=(1.45, 0.1, 0.0), ball=(1.75, 0.1), limit=25.0))
     assert result.goal is not None, result.path
     assert result.falls == 0
 
 
 def test_a_robot_may_start_where_the_ball_of_the_scene_lies() -> None:
-    assert solo(SoloSpec(start=(0.0, 0.0, 0.0), ball=(0.6, 0.0), limit=0.1)).falls == 0
+    assert play_solo(SoloSpec(start=(0.0, 0.0, 0.0), ball=(0.6, 0.0), limit=0.1)).falls == 0
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

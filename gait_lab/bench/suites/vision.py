@@ -30,7 +30,6 @@ def can_render(options: Options) -> bool:
     "what a robot sees of ball, lines, crossings, posts and robots on rendered walks",
     options={
         "robots": 20, "seed": 40, "window": 3.0,
-        "clutter": Option(False, "coloured columns stand around the field"),
         "percept_errors": Option("", "also write the fitted errors of percepts to a file", "FILE"),
     },
     gait=False, quick=({"robots": 1, "window": 1.5},), applies=can_render,
@@ -40,7 +39,7 @@ def vision(options: Options) -> Iterator[Row | str]:
     walks = [
         VisionWalk(
             seed, kind, options.engine, options.window, options.urdf, options.plant,
-            options.plant_options, options.clutter,
+            options.plant_options,
         )
         for seed in options.seeds for kind in KINDS
     ]  # fmt: skip

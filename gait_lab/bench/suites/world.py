@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,12 +11,12 @@ import numpy as np
 from gait_lab.bench.options import SHARED, Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
-from gait_lab.soccer.field_walks import WalkSamples, WalkSpec, walks
-from gait_lab.soccer.rendered_trial import run_rendered
+from gait_lab.soccer.field_walks import WalkSamples, WalkSpec, record
 from gait_lab.soccer.world_trial import (
     Gap,
     WorldTrace,
     WorldTrialSpec,
+    run_rendered,
     run_trial,
     spliced,
     turned_after,
@@ -47,20 +46,14 @@ ROLLING, ROLLED_FOR = 0.05, 0.5
 """[m/s, s] A ball that rolls faster, for at least this long."""
 DELAYS = (0.0, 0.1, 0.3)
 """[s] Delays of the images of the ablation; the longest is run again unknown to the filters."""
-REPEAT_SEED = 1000
-"""Between the seeds of two trials over one walk."""
 OPTIONS = {
     "robots": replace(SHARED["robots"], default=20, maximum=1000),
     "window": Option(60.0, "time that each robot walks [s]", "T", ("--seconds",), minimum=4.0,
                      maximum=3600.0),
     "scene": ...,
     "ablation": Option(True, "the measured delay only", "", ("--no-ablation",)),
-    "repeats": Option(1, "trials over each walk, with other percepts each", "N", minimum=1,
-                      maximum=1000),
     "vision": Option("model", "percepts by the measured model, or from rendered images", "KIND",
                      choices=("model", "camera")),
-    "walks": Option(None, "keep recorded walks in this folder, and use those that are there",
-                    "DIR", parse=Path),
 }  # fmt: skip
 QUICK = ({"robots": 2, "window": 30.0, "ablation": False},)
 Scores = dict[str, tuple[str, float]]
@@ -78,9 +71,7 @@ class Walks:
         ]  # fmt: skip
         self.walked: list[WalkSamples] = []
         if options.vision == "model":
-            self.walked = walks(
-                self._specs, options.walks, jobs=options.jobs, show=options.show
-            )
+            self.walked = options.map(record, self._specs, label="walks")
 
     def first(self) -> list[WorldTrace]:
         """A trial of each robot from a known start."""
@@ -99,10 +90,9 @@ class Walks:
         options = self._options
         base = WorldTrialSpec(scene=options.scene, urdf=options.urdf)
         jobs = [
-            (kind, replace(base, seed=options.seed + number + REPEAT_SEED * repeat,
-                           **{"head": self._head, **changes}),
+            (kind, replace(base, seed=options.seed + number, head=self._head, **changes),
              walk, self.walked[(number + 1) % len(self.walked)])
-            for repeat in range(options.repeats) for number, walk in enumerate(self.walked)
+            for number, walk in enumerate(self.walked)
         ]  # fmt: skip
         return options.map(run_job, jobs, label=kind)
 
