@@ -410,9 +410,21 @@ class Settings:
         """Values by name of the field; nested groups stay groups."""
         return {field.name: getattr(self, field.name) for field in fields(type(self))}
 
+    def plain(self) -> dict[str, Any]:
+        """Values by name of the field, for YAML: nested groups are mappings, tuples lists."""
+        return {name: _plain(value) for name, value in self.as_dict().items()}
+
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed; NaoGaitError for an unknown name or bad value."""
         return self.from_mapping({**self.as_dict(), **changes})
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, Settings):
+        return value.plain()
+    if isinstance(value, Mapping):
+        return {key: _plain(each) for key, each in value.items()}
+    return [_plain(each) for each in value] if isinstance(value, tuple) else value
 
 
 def fields(settings: type[Settings]) -> tuple[Field, ...]:

@@ -146,7 +146,7 @@ class Scene(Settings):
 
     def to_yaml(self) -> str:
         """The scene as a YAML file, with all defaults."""
-        return yaml.safe_dump(_plain(self), sort_keys=False, default_flow_style=None)
+        return yaml.safe_dump(self.plain(), sort_keys=False, default_flow_style=None)
 
 
 def load_scene(name_or_path: str | Path) -> Scene:
@@ -178,15 +178,6 @@ def _checked(values: object, where: str) -> Scene:
     scene = Scene.from_mapping(values, where)
     _check(scene, where)
     return scene
-
-
-def _plain(value: object) -> object:
-    """Groups of settings as mappings, tuples as lists."""
-    if isinstance(value, Settings):
-        return {key: _plain(each) for key, each in value.as_dict().items()}
-    if isinstance(value, tuple):
-        return [_plain(each) for each in value]
-    return value
 
 
 def _check(scene: Scene, where: str) -> None:

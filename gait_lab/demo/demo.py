@@ -22,6 +22,7 @@ from gait_lab.demo.tour import (
 )
 from gait_lab.demo.tour_driver import TourDriver, TourError
 from gait_lab.ros_session import ros_node
+from gait_lab.terminal import EXIT_FAILED, EXIT_OK
 from robot_core.errors import NaoGaitError
 from robot_core.resources import find
 from robot_core.robot import load_robot
@@ -31,7 +32,6 @@ from robot_core.schema import write_text
 from robot_core.types import VelocityCommand
 from sim_bridge.engines.registry import engine_for
 
-EXIT_FAILED = 1
 REST_SPEED = 0.02
 """Speed [m/s] above which a robot does not stand."""
 NODE = "nao_gait_demo"
@@ -109,7 +109,7 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
     say(f"Everything is in {out} (bag: {out / 'bag'}); {time.monotonic() - began:.0f} s in all.")
     if result.succeeded:
         say("The tour was completed upright.")
-        return 0
+        return EXIT_OK
     for problem in result.problems:
         sys.stderr.write(f"nao_gait demo: {problem}\n")
     return EXIT_FAILED

@@ -56,7 +56,6 @@ class ServerWalk(NamedTuple):
         velocity: Mean in the measured window: forward, left [m/s], turn [rad/s].
     """
 
-    landed: bool
     fell: bool
     velocity: tuple[float, float, float]
 
@@ -85,19 +84,19 @@ def walk(client: Client, agent: Agent, task: Task, wait: float) -> ServerWalk:
         if not dropped and time > LANDS_WITHIN:
             raise NaoGaitError("server", "no beam", "a server before its kick-off")
         if agent.falls > falls or time > LANDS_WITHIN + wait:
-            return ServerWalk(False, True, (math.nan,) * 3)
+            return ServerWalk(True, (math.nan,) * 3)
     places: list[tuple[float, float]] = []
     yaws: list[float] = []
     for count in range(round(task.end / CYCLE)):
         message = client.receive()
         client.send(agent.cycle(message, task.command_at(count * CYCLE)))
         if agent.falls > falls:
-            return ServerWalk(True, True, (math.nan,) * 3)
+            return ServerWalk(True, (math.nan,) * 3)
         if count * CYCLE >= task.start:
             (x, y, _), (qw, qx, qy, qz) = torso_truth(message)
             places.append((x, y))
             yaws.append(math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
-    return ServerWalk(True, False, _mean_velocity(np.array(places), np.unwrap(yaws)))
+    return ServerWalk(False, _mean_velocity(np.array(places), np.unwrap(yaws)))
 
 
 def wander(

@@ -63,6 +63,24 @@ def dribbled(urdf: str, robots: int, engine: str, jobs: int | None) -> list[Drib
     return results
 
 
+def means(
+    results: Sequence[KickResult | DribbleResult], intended: float
+) -> dict[str, float]:
+    """Means of kicks in a direction [rad], and the standard deviations, by their names in a table.
+
+    Directions are taken around the intended one, so that a kick straight back has a mean.
+    """
+    errors = [math.remainder(each.direction - intended, math.tau) for each in results]
+    distances = [each.distance for each in results]
+    return {
+        "direction": math.remainder(intended + statistics.fmean(errors), math.tau),
+        "direction_spread": statistics.pstdev(errors),
+        "distance": statistics.fmean(distances),
+        "distance_spread": statistics.pstdev(distances),
+        "speed": statistics.fmean(each.speed for each in results),
+    }
+
+
 def dribble_rows(results: Sequence[DribbleResult]) -> Iterator[str]:
     """The part `dribbles` of the file."""
     yield "dribbles:"
@@ -71,15 +89,10 @@ def dribble_rows(results: Sequence[DribbleResult]) -> Iterator[str]:
         mine = [each for each in results if each.spec.across == place and each.stood]
         if not mine:
             raise NaoGaitError(name, "no attempt", "robots that touch the ball and stay upright")
-        directions = [each.direction for each in mine]
         values = {
             "x": statistics.fmean(each.spot[0] for each in mine),
             "y": mine[0].spec.across,
-            "direction": statistics.fmean(directions),
-            "direction_spread": statistics.pstdev(directions),
-            "distance": statistics.fmean(each.distance for each in mine),
-            "distance_spread": statistics.pstdev([each.distance for each in mine]),
-            "speed": statistics.fmean(each.speed for each in mine),
+            **means(mine, 0.0),
             "seconds": HIT_TIME,
         }
         yield _row(name, values)
@@ -101,16 +114,10 @@ def table(
         spot = motions[name].kick
         if spot is None or sum(each.stood for each in mine) < STANDS * len(mine):
             continue
-        errors = [math.remainder(each.direction - spot.direction, math.tau) for each in mine]
-        direction = math.remainder(spot.direction + statistics.fmean(errors), math.tau)
         values = {
             "x": spot.x,
             "y": spot.y,
-            "direction": direction,
-            "direction_spread": statistics.pstdev(errors),
-            "distance": statistics.fmean(each.distance for each in mine),
-            "distance_spread": statistics.pstdev([each.distance for each in mine]),
-            "speed": statistics.fmean(each.speed for each in mine),
+            **means(mine, spot.direction),
             "seconds": statistics.fmean(each.seconds for each in mine),
         }
         lines.append(_row(name, values))

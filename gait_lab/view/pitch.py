@@ -8,7 +8,6 @@ import pinocchio as pin
 
 from robot_core.field import COLORS
 from robot_core.types import Point2
-from sim_bridge.ball import Ball
 from sim_bridge.scene import Scene
 from sim_bridge.shapes import Color
 
@@ -49,17 +48,15 @@ class PitchScene:
                 self._scene.add_cylinder(name, radius=radius, height=height, **look)
         self.ball: Any = None
         if around.ball is not None:
-            self.ball = self._add_ball(around.ball)
+            ball = around.ball
+            self.ball = self._scene.add_icosphere(
+                "/pitch/ball", radius=ball.radius, color=_bytes(ball.color), position=ball.start
+            )
 
     def put_ball(self, position: Sequence[float]) -> None:
         """Draw the ball at x, y, z [m]."""
         if self.ball is not None:
             self.ball.position = tuple(position)
-
-    def _add_ball(self, ball: Ball) -> Any:
-        return self._scene.add_icosphere(
-            "/pitch/ball", radius=ball.radius, color=_bytes(ball.color), position=ball.start
-        )
 
     def _add_quads(
         self, name: str, quads: Sequence[Sequence[Point2]], height: float, color: Color

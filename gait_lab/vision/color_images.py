@@ -19,7 +19,6 @@ from nao_soccer.vision.colors import (
     WHITE,
     YELLOW,
     ColorClassifier,
-    ColorRange,
     ColorTable,
     Image,
     load_color_table,
@@ -175,17 +174,12 @@ def _spread(images: list[Image]) -> list[Image]:
 
 def table_yaml(found: CalibratedColors, source: str, base: str) -> str:
     """The table as a file, in the order of its fields."""
-    values = {key: _plain(each) for key, each in found.table.as_dict().items()}
-    body = yaml.safe_dump(values, sort_keys=False, default_flow_style=None, width=100)
+    body = yaml.safe_dump(
+        found.table.plain(), sort_keys=False, default_flow_style=None, width=100
+    )
     kept = ", ".join(name for name, count in found.pixels.items() if not count)
     note = f"; {kept}: not seen, as in {base}" if kept else ""
     return f"# Colour classes by nao_gait vision calibrate, from {source}{note}.\n{body}"
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, ColorRange):
-        return {key: _plain(each) for key, each in value.as_dict().items()}
-    return list(value) if isinstance(value, tuple) else value
 
 
 def picture_of(images: Sequence[Image], table: ColorTable) -> Image:

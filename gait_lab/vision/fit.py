@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping, Sequence
 
-import attrs
 import numpy as np
 import yaml
 
@@ -52,20 +51,11 @@ def fit(scores: Sequence[Score], delay: float) -> PerceptErrors:
 
 def as_yaml(errors: PerceptErrors, comment: str) -> str:
     """The text of a file of errors; each line of the comment begins with `#`."""
-    values = attrs.asdict(errors)
-    values["kinds"] = {name: attrs.asdict(kind) for name, kind in errors.kinds.items()}
     head = "".join(f"# {line}\n" for line in comment.splitlines())
     body: str = yaml.safe_dump(
-        _plain(values), sort_keys=False, default_flow_style=None, width=100
+        errors.plain(), sort_keys=False, default_flow_style=None, width=100
     )
     return head + body
-
-
-def _plain(values: object) -> object:
-    """Mappings and lists instead of tuples, for YAML."""
-    if isinstance(values, Mapping):
-        return {key: _plain(value) for key, value in values.items()}
-    return [_plain(each) for each in values] if isinstance(values, tuple | list) else values
 
 
 def _common(by_run: Sequence[FloatArray]) -> CommonError:

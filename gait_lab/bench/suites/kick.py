@@ -1,13 +1,13 @@
 """The suite `kick`: how far and where each kick sends the ball, and whether the robot stays up."""
 
 import math
-import statistics
 from collections.abc import Iterator, Sequence
 
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import percent
+from gait_lab.soccer.kick_table import means
 from sim_bridge.trials.dribble import DribbleResult, DribbleSpec, dribble
 from sim_bridge.trials.kick import (
     AFTERWARDS,
@@ -91,15 +91,12 @@ def _walking(options: Options) -> Iterator[Row | str]:
 def _rows(
     name: str, intended: float, results: Sequence[KickResult | DribbleResult]
 ) -> Iterator[Row]:
-    distances = [each.distance for each in results]
-    # Around the intended direction, so that a kick straight back has a mean.
-    errors = [math.remainder(each.direction - intended, math.tau) for each in results]
-    mean = math.remainder(intended + statistics.fmean(errors), math.tau)
+    found = means(results, intended)
     yield from rows_of(
         name,
         ("stood", "%", percent(each.stood for each in results)),
-        ("distance", "m", statistics.fmean(distances)),
-        ("distance_spread", "m", statistics.pstdev(distances)),
-        ("direction", "deg", math.degrees(mean)),
-        ("direction_spread", "deg", math.degrees(statistics.pstdev(errors))),
+        ("distance", "m", found["distance"]),
+        ("distance_spread", "m", found["distance_spread"]),
+        ("direction", "deg", math.degrees(found["direction"])),
+        ("direction_spread", "deg", math.degrees(found["direction_spread"])),
     )

@@ -90,14 +90,16 @@ def rcss(options: Options) -> Iterator[Row | str]:
             for _ in range(options.drops):
                 landed += lands(client, agent, lambda: place(robot.drop_height, 0.0))
                 wander(client, agent, commands(), WANDERS)
-            yield from _rows("drop", ("tried", "drops", options.drops), ("landed", "drops", landed))
+            yield from server_rows(
+                "drop", ("tried", "drops", options.drops), ("landed", "drops", landed)
+            )
         for side, pitch in (("front", math.pi / 2.0), ("back", -math.pi / 2.0)):
             if options.getups:
                 times = [
                     gets_up(client, agent, lambda: place(LIES_AT, pitch))  # noqa: B023
                     for _ in range(options.getups)
                 ]
-                yield from _rows(
+                yield from server_rows(
                     f"getup_{side}",
                     ("tried", "get-ups", len(times)),
                     ("within", "get-ups", sum(each <= GETS_UP_WITHIN for each in times)),
@@ -108,7 +110,7 @@ def rcss(options: Options) -> Iterator[Row | str]:
             agent = Agent(robot, TEAM)
             place(robot.drop_height, 0.0)
             fell = wander(client, agent, commands(), 60.0 * options.minutes)
-            yield from _rows(
+            yield from server_rows(
                 "random", ("minutes", "min", options.minutes), ("falls", "falls", fell)
             )
     yield (
@@ -127,16 +129,17 @@ def _walk_rows(name: str, task: Task, walks: Sequence["ServerWalk"]) -> Iterator
     if task.axis is not None:
         unit, factor = AXES[task.axis]
         speeds = [math.nan if each.fell else each.speed(task) for each in walks]
-        yield from _rows(
+        yield from server_rows(
             label,
             ("asked", unit, factor * abs(task.asked)),
             ("median", unit, statistics.median(speeds) if not falls else math.nan),
             ("worst", unit, min(speeds) if not falls else math.nan),
         )
-    yield from _rows(label, ("starts", "starts", len(walks)), ("falls", "falls", falls))
+    yield from server_rows(label, ("starts", "starts", len(walks)), ("falls", "falls", falls))
 
 
-def _rows(subject: str, *cells: tuple[str, str, float]) -> Iterator[Row]:
+def server_rows(subject: str, *cells: tuple[str, str, float]) -> Iterator[Row]:
+    """Rows of one subject, with the server as their plant."""
     for row in rows_of(subject, *cells):
         yield row._replace(plant=PLANT)
 

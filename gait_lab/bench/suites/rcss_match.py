@@ -4,9 +4,9 @@ import statistics
 from collections.abc import Iterator
 
 from gait_lab.bench.options import Option, Options
-from gait_lab.bench.rows import Row, rows_of
+from gait_lab.bench.rows import Row
 from gait_lab.bench.suite import suite
-from gait_lab.bench.suites.rcss import PLANT, ROBOT_OF, check_robot
+from gait_lab.bench.suites.rcss import ROBOT_OF, check_robot, server_rows
 
 LIMIT = 90.0
 """[s] within which a robot alone has to score."""
@@ -45,11 +45,13 @@ def rcss_match(options: Options) -> Iterator[Row | str]:
                 alone(squad, server, start, LIMIT) for start in starts(options.alone, 27.5)
             ]
         times = [each for each, _ in found if each == each]
-        yield Row("rcss", "goals", "goals", float(len(times)), plant=PLANT)
-        yield Row("rcss", "alone_falls", "falls", float(sum(falls for _, falls in found)),
-                  plant=PLANT)  # fmt: skip
+        yield from server_rows(
+            "rcss",
+            ("goals", "goals", float(len(times))),
+            ("alone_falls", "falls", float(sum(falls for _, falls in found))),
+        )
         if times:
-            yield Row("rcss", "alone_median", "s", statistics.median(times), plant=PLANT)
+            yield from server_rows("rcss", ("alone_median", "s", statistics.median(times)))
     if options.players:
         size = options.players
         played = [
@@ -60,7 +62,7 @@ def rcss_match(options: Options) -> Iterator[Row | str]:
         seconds = sum(each.seconds for each in played)
         minutes = (size if options.against else 2 * size) * seconds / 60.0
         cpu = statistics.median(each for half in played for each in half.cpu)
-        for row in rows_of(
+        yield from server_rows(
             "rcss_match",
             ("seconds", "s", seconds),
             ("ended", "halves", float(sum(each.ended for each in played))),
@@ -71,8 +73,7 @@ def rcss_match(options: Options) -> Iterator[Row | str]:
             ("one_striker", "%", 100.0 * statistics.fmean(each.one_striker for each in played)),
             ("real_time", "", seconds / sum(each.wall for each in played)),
             ("cycle_p50", "ms", 1e3 * cpu),
-        ):
-            yield row._replace(plant=PLANT)
+        )
     yield (
         f"{robot.name}, percepts {'exact' if options.exact else 'by the model'}. alone: ball 3 to "
         "8 m from the goal, robot 1 to 3 m from the ball, in any direction and not told where; "

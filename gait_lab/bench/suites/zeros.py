@@ -14,7 +14,6 @@ from nao_lipm_gait.estimation.joint_zeros import judged_joints, wrong_zeros
 from robot_core.errors import NaoGaitError
 from sim_bridge.trials.calibration import find_zeros
 from sim_bridge.trials.calibration_procedure import CalibrationError
-from sim_bridge.trials.parallel import parallel_map
 from sim_bridge.trials.rollout import RolloutSpec, rollout
 from sim_bridge.trials.tasks import Task, find_task
 from sim_bridge.trials.trial import TrialSpec, loaded_robot, make_world
@@ -88,8 +87,7 @@ def carry_out(case: Case) -> Outcome:
 
 def _speed(case: Case, calibration: Calibration) -> float:
     assert case.task is not None
-    spec = {name: getattr(case.spec, name) for name in TrialSpec.__dataclass_fields__}
-    walk = RolloutSpec(**{**spec, "calibration": calibration}, task=case.task)
+    walk = RolloutSpec(**{**case.spec.fields, "calibration": calibration}, task=case.task)
     metrics = rollout(walk).metrics
     return math.nan if metrics.fell else metrics.speed_x
 
@@ -131,7 +129,7 @@ def cases(options: Options) -> list[Case]:
 def zeros(options: Options) -> Iterator[Row | str]:
     """Calibrate the robots, and compare the joints that are named with the truth."""
     jobs = cases(options)
-    outcomes = parallel_map(carry_out, jobs, jobs=options.jobs, show=options.show)
+    outcomes = options.map(carry_out, jobs)
     pairs = list(zip(jobs, outcomes, strict=True))
     healthy = [outcome for case, outcome in pairs if not case.joint]
     yield Row("healthy", "robots", "robots", len(healthy))
