@@ -93,7 +93,8 @@ def alpha_beta_walk(parameters: GaitParameters, control_period: float) -> LipmWa
 
 
 def test_the_robot_walks_with_another_observer(monkeypatch: pytest.MonkeyPatch) -> None:
-    spec = RolloutSpec(find_task("forward=20").measured(5.0, 8.0), robot_seed=3)
+    pytest.importorskip("mujoco")
+    spec = RolloutSpec(find_task("forward=20").measured(5.0, 8.0), robot_seed=3, engine="mujoco")
     kalman = rollout(spec).metrics
     engine = walk_engines.WALKS["lipm"]._replace(engine=f"{__name__}.alpha_beta_walk")
     monkeypatch.setitem(walk_engines.WALKS, "lipm", engine)

@@ -43,7 +43,8 @@ def test_a_stop_counts_at_once_and_what_was_before_it_is_forgotten() -> None:
 
 
 def test_a_velocity_in_the_deadband_does_not_make_a_robot_step() -> None:
-    with Trial(TrialSpec(), action=VelocityCommand(1e-9, -9e-4, 4e-4)) as trial:
+    pytest.importorskip("mujoco")
+    with Trial(TrialSpec(engine="mujoco"), action=VelocityCommand(1e-9, -9e-4, 4e-4)) as trial:
         states = {tick.status.state for tick in trial.steps(2.0) if tick.status is not None}
     assert states == {GaitState.STAND}
 
@@ -66,7 +67,8 @@ def test_far_above_the_limits_a_robot_walks_as_fast_as_it_can(urdf: str) -> None
 
 def test_a_turn_that_alternates_within_a_step_turns_nowhere() -> None:
     """At 50 Hz with a mean of 0; read once a step it turned by up to 0.5 rad/s."""
-    with Trial(TrialSpec(), action=STANDSTILL) as trial:
+    pytest.importorskip("mujoco")
+    with Trial(TrialSpec(engine="mujoco"), action=STANDSTILL) as trial:
         trial.advance(2.0)
         for sign in itertools.islice(itertools.cycle((2.0, -2.0)), 250):
             trial.action = VelocityCommand(0.0, 0.0, sign)

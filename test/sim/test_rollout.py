@@ -19,6 +19,7 @@ from sim_bridge.trials.tasks import Task, find_task, walk
 from sim_bridge.trials.trace import Recorder, Trace
 from sim_bridge.trials.trial import Push, TimedCommands, run
 
+pytest.importorskip("mujoco")
 SHORT = dataclasses.replace(walk("forward", x=0.1, axis="x"), start=4.0, end=5.0)
 
 
@@ -32,7 +33,9 @@ def same(a: Trace, b: Trace) -> bool:
 @pytest.fixture(scope="module")
 def walked() -> Any:
     parameters = load_preset("default")
-    spec = RolloutSpec(SHORT, robot_seed=3, parameters=parameters, keep_trace=True)
+    spec = RolloutSpec(
+        SHORT, robot_seed=3, parameters=parameters, keep_trace=True, engine="mujoco"
+    )
     return spec, rollout(spec)
 
 
@@ -70,7 +73,9 @@ def test_a_fall_ends_the_rollout() -> None:
     )  # fmt: skip
     command = VelocityCommand(0.6, 0.6, 6.0)
     task = Task("tumble", ((1.0, STANDSTILL), (1.1, command)), 1.0, 30.0)
-    result = rollout(RolloutSpec(task, parameters=parameters, keep_trace=True))
+    result = rollout(
+        RolloutSpec(task, parameters=parameters, keep_trace=True, engine="mujoco")
+    )
     assert result.metrics.fell
     assert result.trace is not None
     assert result.trace.time[-1] == result.metrics.fall_time < 30.0
@@ -80,7 +85,9 @@ def test_a_fall_ends_the_rollout() -> None:
 def test_answers_ahead_of_time_change_nothing(delay: float) -> None:
     def walked(ahead: bool) -> Trace:
         options = (("sensors.delay", delay),)
-        spec = RolloutSpec(find_task("diagonal"), robot_seed=5, plant_options=options)
+        spec = RolloutSpec(
+            find_task("diagonal"), robot_seed=5, plant_options=options, engine="mujoco"
+        )
         simulation, gait = make_pair(spec)
         recorder, push = Recorder(), Push(4.0, 6.0, 1.0)
         policy = TimedCommands(spec.task.command_at, (push,), ahead=ahead)
@@ -114,7 +121,7 @@ class Faltering:
 
 
 def test_answers_come_in_a_row_and_what_is_raised_in_its_period() -> None:
-    simulation, gait = make_pair(RolloutSpec(find_task("forward")))
+    simulation, gait = make_pair(RolloutSpec(find_task("forward"), engine="mujoco"))
     calls: list[str] = []
     policy = TimedCommands(find_task("forward").command_at)
     with simulation:
@@ -137,7 +144,7 @@ def _square(value: int) -> int:
 def test_parallel_results_keep_the_order_and_equal_the_serial_ones() -> None:
     assert parallel_map(_square, range(7), jobs=2, show=False) == [n * n for n in range(7)]
     task = dataclasses.replace(SHORT, start=3.0, end=3.5)
-    specs = [RolloutSpec(task, robot_seed=seed) for seed in (0, 1)]
+    specs = [RolloutSpec(task, robot_seed=seed, engine="mujoco") for seed in (0, 1)]
     together = run_all(specs, jobs=2, show=False)
     assert [result.spec.robot_seed for result in together] == [0, 1]
     assert [result.metrics for result in together] == [rollout(spec).metrics for spec in specs]
