@@ -22,7 +22,7 @@ from sensor_msgs.msg import Imu, JointState
 
 from gait_lab.bench.ros_replay import ReplayTimes
 from gait_lab.bench.wake_up import Sleeper, sleep_until
-from gait_lab.faults.channel import Message
+from gait_lab.faults.messages import Message
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput
 from robot_core.ros.messages import to_time
 from robot_core.ros.patience import START

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from gait_lab.bench.wake_up import deviations
 from gait_lab.demo.node_processes import NodeProcesses
-from gait_lab.faults.channel import Message
+from gait_lab.faults.messages import Message
 from nao_lipm_gait.runtime.reports import quantile
 from robot_core.errors import NaoGaitError
 from robot_core.ros.process import DomainClaim

@@ -13,8 +13,8 @@ from typing import Protocol
 import numpy as np
 
 from gait_lab.channel import Channel
-from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.invariants import Invariants
+from gait_lab.faults.messages import Command, Delivery, Message
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController, Output
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput, TwistInput

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from gait_lab.faults.campaign import FaultRun
-from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import PERIOD, Fault, Harness, Timed
+from gait_lab.faults.messages import Delivery, Message
 from gait_lab.faults.network_faults import Loss, WanderingAge
 from robot_core.types import VelocityCommand
 from sim_bridge.trials.tasks import RandomCommands

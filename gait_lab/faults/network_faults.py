@@ -4,8 +4,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness, TemporaryFault, Timed
+from gait_lab.faults.messages import Command, Delivery, Message
 
 
 class Loss(Fault):

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
+from gait_lab.faults.messages import Command, Delivery, Message
 from gait_lab.faults.stamp_faults import shifted
 from nao_lipm_gait.parameters import BY_NAME
 from nao_lipm_gait.runtime.inputs import TwistInput

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import Fault, Harness, TemporaryFault, Timed
+from gait_lab.faults.messages import Delivery, Message
 from nao_lipm_gait.runtime.controller import ControllerSettings
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput
 

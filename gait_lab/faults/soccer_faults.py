@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from gait_lab.faults.campaign import STOPPED, VIOLATED, WENT_ON, FaultResult, FaultRun
-from gait_lab.faults.channel import Delivery
 from gait_lab.faults.harness import PERIOD
+from gait_lab.faults.messages import Delivery
 from gait_lab.faults.soccer_harness import SoccerFault, SoccerHarness
 from gait_lab.soccer.match import MatchSpec
 from nao_soccer.vision.percepts import Kind, Percept, Percepts

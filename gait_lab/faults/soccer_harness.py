@@ -10,8 +10,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from gait_lab.channel import Channel
-from gait_lab.faults.channel import Delivery
 from gait_lab.faults.harness import PERIOD, Fault
+from gait_lab.faults.messages import Delivery
 from gait_lab.soccer.channels import Channels
 from gait_lab.soccer.eyes import Eyes, Sight
 from gait_lab.soccer.match import Match, MatchSpec

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import Fault, Harness, TemporaryFault
+from gait_lab.faults.messages import Delivery, Message
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, TwistInput
 
 _SECOND = 1_000_000_000

@@ -22,7 +22,6 @@ from gait_lab.faults.campaign import (
     FaultRun,
     run_fault,
 )
-from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
 from gait_lab.faults.healthy import Healthy
 from gait_lab.faults.invariants import (
@@ -32,6 +31,7 @@ from gait_lab.faults.invariants import (
     CommandCheck,
     Invariants,
 )
+from gait_lab.faults.messages import Command, Delivery, Message
 from gait_lab.faults.robot_faults import PickedUp, motor_of
 from gait_lab.faults.scopes import SCOPES
 from gait_lab.faults.sensor_faults import ImuOutage

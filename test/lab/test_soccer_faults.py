@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_lab.faults.channel import Delivery
+from gait_lab.faults.messages import Delivery
 from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault
 from gait_lab.faults.soccer_faults import SOCCER_FAULTS, VisionGone
 from gait_lab.faults.soccer_harness import SoccerHarness

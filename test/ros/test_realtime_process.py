@@ -1,8 +1,8 @@
 """The replay of `nao_gait bench realtime` over ROS 2."""
 
 from gait_lab.bench.ros_replay import replay_over_ros
-from gait_lab.faults.channel import Message
 from gait_lab.faults.harness import PERIOD
+from gait_lab.faults.messages import Message
 from nao_lipm_gait.runtime.inputs import ImuInput, JointInput, LoadInput
 from robot_core.robot import load_robot
 from robot_core.types import GRAVITY

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gait_lab.faults.campaign import FaultRun, run_fault
-from gait_lab.faults.channel import Command, Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
+from gait_lab.faults.messages import Command, Delivery, Message
 from nao_lipm_gait.runtime.inputs import JointInput
 from nao_lipm_gait.runtime.joint_check import LAGS, JointCheck
 from nao_lipm_gait.runtime.reporter import PublisherCounts

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import Fault, Harness
+from gait_lab.faults.messages import Delivery, Message
 from nao_lipm_gait.runtime.inputs import ImuInput
 from robot_core.log import LogLine
 from robot_core.types import GaitState, Point3, VelocityCommand

@@ -25,8 +25,8 @@ from gait_lab.bench.suite import suite
 from gait_lab.bench.suites.faults import fault_run
 from gait_lab.bench.wake_up import Sleeper, sleep_until
 from gait_lab.demo.node_processes import may_run_in_real_time, real_time_priority
-from gait_lab.faults.channel import Delivery, Message
 from gait_lab.faults.harness import PERIOD, Fault, Harness
+from gait_lab.faults.messages import Delivery, Message
 from nao_lipm_gait.gait import ON_THE_WAY
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController
