@@ -24,7 +24,7 @@ def test_the_velocity_of_a_circle_is_that_of_its_own_heading(turn: float):
 
 
 def test_speeds_are_positive_along_the_command_in_the_units_of_the_tables():
-    walked = ServerWalk(True, False, (-0.3, 0.2, math.radians(50)))
+    walked = ServerWalk(False, (-0.3, 0.2, math.radians(50)))
     assert walked.speed(find_task("back=40")) == pytest.approx(30.0)
     assert walked.speed(find_task("forward=40")) == pytest.approx(-30.0)
     assert walked.speed(find_task("side=20")) == pytest.approx(20.0)
