@@ -128,13 +128,12 @@ class Mind:
             # Whatever the state of the tree: the ball is the other team's.
             near = Round(situation.ball, game.ball_distance, APART_FROM)
             walk = kept_apart(walk, [near], self._limits)
-        beside = any(
-            math.hypot(*each.position) < self._duel.lift_near for each in world.obstacles
-        )
+        kick = action.kick if walk.x > 0.0 else None  # who kicks while it steps back falls
+        beside = self._duel.lift_near if kick is None else self._duel.lift_near_kick
+        low = any(math.hypot(*each.position) < beside for each in world.obstacles)
         action = replace(
-            action, walk=walk, head=_watching_way(action, situation),
-            lift=self._duel.lift if beside else 1.0,
-            kick=action.kick if walk.x > 0.0 else None,  # who kicks while it steps back falls
+            action, walk=walk, head=_watching_way(action, situation), kick=kick,
+            lift=self._duel.lift if low else 1.0,
         )  # fmt: skip
         return Decision(world, action, path, self._plan)
 
