@@ -7,8 +7,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
+from gait_lab.demo.node_processes import end_with_parent
 from gait_lab.rcss.field import FIELD
 from rcss_bridge.codec import framed
 from robot_core.errors import NaoGaitError
@@ -75,6 +77,7 @@ class Server:
                  str(self._monitor), "--no-render", "--no-realtime", "--sync", "--field", FIELD,
                  *arguments],
                 cwd=self._folder.name, stdout=log, stderr=subprocess.STDOUT,
+                preexec_fn=partial(end_with_parent, os.getpid()),
             )  # fmt: skip
 
     def __enter__(self) -> "Server":
