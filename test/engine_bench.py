@@ -116,8 +116,8 @@ class UrdfModel:
         return float(sum(inertia.mass for inertia in self.model.inertias))
 
 
-def walked(task: str, engine: str) -> float:
+def walked(task: str, engine: str, plant: str = "reference", robot: int = 0) -> float:
     """[m/s] in the commanded direction, over 3 s at full command; NaN after a fall."""
-    spec = RolloutSpec(find_task(task).lasting(3.0), robot_seed=0, engine=engine)
+    spec = RolloutSpec(find_task(task).lasting(3.0), robot_seed=robot, engine=engine, plant=plant)
     metrics = rollout(spec).metrics
     return math.nan if metrics.fell else math.copysign(1.0, spec.task.asked) * metrics.speed_x
