@@ -179,10 +179,10 @@ class Reporter:
                 text = f"{none} in the first {WAITING:g} s{why}"
                 self.say.begin(SENSORS, Level.WARN, "silence", text)
         elif now - self._sensors_at > SILENCE:
-            waits = "the simulation stands still, or " if self._simulated and not refused else ""
-            text = f"{none} for over {SILENCE:g} s: {waits}the robot holds its last targets"
-            level = Level.WARN if waits else Level.ERROR
-            self.say.begin(SENSORS, level, "silence", text)
+            held = self._simulated and not refused
+            why = "the simulation stands still or sends none; " if held else ""
+            text = f"{none} for over {SILENCE:g} s: {why}the robot holds its last targets"
+            self.say.begin(SENSORS, Level.WARN if held else Level.ERROR, "silence", text)
 
     def _joints_are_refused(self) -> bool:
         """Joint states arrive, but cannot be read."""

@@ -130,10 +130,15 @@ def test_a_second_gait_is_reported_and_changes_nothing(probe: Probe) -> None:
     bridge = next(process for process in probe.processes if process.name == "sim_bridge")
     refused = "joint_command header.frame_id: got 'gait_.*one gait"
     probe.wait(lambda: bridge.says(refused), "a refusal of the second gait")
+
+    def senders() -> int:
+        return len({message.header.frame_id for message in commands})
+
+    probe.wait(lambda: senders() == 2, "commands of both, of which the bridge may know before")
     assert truth[-1].pose.pose.position.z > 0.25, "upright"
     assert math.isfinite(truth[-1].pose.pose.position.x)
     check(commands)
-    assert len({message.header.frame_id for message in commands}) == 2
+    assert senders() == 2
     for process in (gait, second):
         assert process.status is None
         assert "Traceback" not in process.log

@@ -58,7 +58,7 @@ def test_a_sender_of_another_message_type_is_logged_once() -> None:
 
 @pytest.mark.parametrize(
     ("clock", "level", "why"),
-    [(0, Level.ERROR, ""), (1, Level.WARN, "the simulation stands still, or ")],
+    [(0, Level.ERROR, ""), (1, Level.WARN, "the simulation stands still or sends none; ")],
 )
 def test_a_simulation_that_stands_still_is_no_error(clock: int, level: Level, why: str) -> None:
     reported = Reported()
