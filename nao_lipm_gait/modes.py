@@ -165,7 +165,7 @@ class Modes:
             before: Modes until the restart.
             moved: The robot may have been put elsewhere meanwhile, and on its feet.
         """
-        self.put_up = moved
+        self.put_up = moved or before.put_up
         if before.state is RELAXED:
             self._requests.relax = True
         elif self._requests.fall or before.state in (FALLEN, GETTING_UP):
@@ -178,7 +178,8 @@ class Modes:
     def begin(self, *, lies: bool, upright: bool) -> None:
         """The first frame has arrived; it shows a robot that lies, that is upright, or neither."""
         resumes, self.resumes = self.resumes, False
-        if upright and self.put_up:
+        put_up, self.put_up = self.put_up, False
+        if upright and put_up:
             self._requests.fall = False
         if lies or self._requests.fall:
             self.state = FALLEN

@@ -86,6 +86,19 @@ def test_a_robot_without_an_imu_stands_and_is_down_only_if_its_soles_carry_nothi
         assert (robot.gait.state is GaitState.FALLEN) == (state is GaitState.FALLEN)
 
 
+def test_a_robot_that_fell_without_an_imu_stands_once_it_is_put_up() -> None:
+    robot = Supervised()
+    since = robot.stamp
+    for _ in range(40):
+        robot.load(0.0)
+        robot.command(Gaps(blind_since=since))
+    assert robot.gait.state is GaitState.FALLEN
+    robot.stamp += 600 * MS
+    robot.supervisor.new_time(NewTime(robot.stamp, first=False, steady=False))
+    robot.decide()
+    assert robot.gait.state is GaitState.STAND
+
+
 def test_joints_that_cannot_be_read_for_long_stop_the_robot_until_they_can() -> None:
     robot = Supervised()
     since = robot.stamp
