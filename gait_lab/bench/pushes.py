@@ -238,7 +238,7 @@ def push_all(
                 push = Push(time, impulse, math.radians(DIRECTIONS[direction]))
                 specs.append(replace(_spec(series, options, seed), task=task, push=push))
                 owners.append((series, cell, alone))
-    results = run_all(specs, label="pushes")
+    results = run_all(specs, jobs=options.jobs, label="pushes", show=options.show)
     for (series, cell, alone), result in zip(owners, results, strict=True):
         cell.pushed += 1
         cell.fell += result.metrics.fell

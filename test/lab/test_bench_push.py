@@ -61,7 +61,7 @@ def test_push_detection_saves_robots() -> None:
     def survival(push_velocity: float) -> float | None:
         parameters = TINY.parameters.replace(push_velocity=push_velocity)
         asked = TINY.but(
-            seed=0, phases=8, directions=("right",), impulses=(2.0,), parameters=parameters
+            seed=0, phases=4, directions=("right",), impulses=(2.0,), parameters=parameters
         )
         return pushed_values(asked)["push_spot_right_2_survival"]
 

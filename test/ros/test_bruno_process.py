@@ -7,7 +7,7 @@ from std_msgs.msg import String
 from robot_core.robot import load_robot
 from robot_core.ros.topics import LATCHED
 from ros_probe import Driver, Probe, stamp
-from test_both_processes import LOCKSTEP
+from test_both_processes import FAST
 
 
 def test_bruno_walks_and_stops_by_cmd_vel(probe: Probe) -> None:
@@ -17,8 +17,8 @@ def test_bruno_walks_and_stops_by_cmd_vel(probe: Probe) -> None:
     support = probe.subscribe(String, "gait/support", LATCHED)
     commands = probe.subscribe(JointState, "joint_command")
     description = probe.subscribe(String, "robot_description", LATCHED)
-    probe.start("gait", urdf="bruno")
-    probe.start("sim_bridge", urdf="bruno", **LOCKSTEP)
+    probe.start("gait", urdf="bruno", bias_wait=0.0)
+    probe.start("sim_bridge", urdf="bruno", **FAST)
     probe.wait(lambda: support and support[-1].data.startswith("stand"), "a stand")
     probe.wait(lambda: commands, "a command")
     assert tuple(commands[-1].name) == robot.joint_names

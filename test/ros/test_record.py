@@ -130,8 +130,8 @@ def test_lockstep_at_full_speed_loses_nothing_from_the_first_message_on(
         assert "recording to" in recorder.stdout.readline()
         assert "simulated time" in recorder.stdout.readline()
         probe.wait(lambda: released and nanoseconds(released[-1].stamp), "a recorder that records")
-        until = now() + 4
-        probe.wait(lambda: now() > until, "4 s of simulated time")
+        until = now() + 2
+        probe.wait(lambda: now() > until, "2 s of simulated time")
         recorder.send_signal(signal.SIGINT)
         text, _ = recorder.communicate(timeout=TIMEOUT)
     finally:

@@ -54,7 +54,7 @@ def server() -> Iterator[Any]:
 
 def start_nodes(probe: Probe) -> None:
     probe.start("sim_bridge", engine="mujoco", lockstep=True, real_time_factor=1.0)
-    probe.start("gait")
+    probe.start("gait", bias_wait=0.0)
 
 
 def test_the_scene_follows_a_robot_that_is_driven_and_pushed(probe: Probe, server: Any) -> None:
@@ -241,7 +241,7 @@ def driven(probe: Probe, server: Any, monkeypatch: pytest.MonkeyPatch) -> Iterat
 
     devtools = free_port()
     arguments = (f"--remote-debugging-port={devtools}",)
-    with open_tab(f"http://{HOST}:{server.get_port()}", arguments=arguments) as tab:
+    with open_tab(f"http://{HOST}:{server.get_port()}", 800, 600, arguments) as tab:
         tab.devtools = devtools
         # The command of a page that answers late is forgotten.
         until(
@@ -445,7 +445,7 @@ def _look(probe: Probe, address: str) -> None:
     try:
         from browser import open_tab
 
-        with open_tab(address) as tab:
+        with open_tab(address, 800, 600) as tab:
             tab.wait("document.body.innerText.includes('stand double')")
             tab.wait("document.querySelector('canvas') !== null")
             assert "forward [cm/s]" in tab.run("document.body.innerText")

@@ -10,6 +10,8 @@ WITHOUT = """
 import sys
 sys.modules["mujoco"] = None  # as if it were not installed: imports fail, searches find nothing
 from gait_lab.cli import main
+from sim_bridge.trials import tasks
+tasks.RAMP_TIME = tasks.SETTLE_TIME = 0.5
 sys.exit(main(sys.argv[1:]))
 """
 
