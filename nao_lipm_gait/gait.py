@@ -14,11 +14,11 @@ from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration, SensorCorrect
 from nao_lipm_gait.estimation.ground_tilt import GroundTilt
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling, sole_springs
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
-from nao_lipm_gait.estimation.state_estimator import LYING_TILT, StateEstimator
+from nao_lipm_gait.estimation.state_estimator import StateEstimator
 from nao_lipm_gait.estimation.yaw_slip_from_lean import HEADING_LEAN
 from nao_lipm_gait.frame_check import check_inputs
 from nao_lipm_gait.head.head_control import HeadControl
-from nao_lipm_gait.modes import UPRIGHT_TILT, ModeInputs, Modes, Requests, Transition
+from nao_lipm_gait.modes import ModeInputs, Modes, Requests, Transition
 from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.presets import DEFAULT, preset_for
@@ -389,11 +389,8 @@ class Gait:
             self._stamp = frame.stamp
         self._begin_stand(frame.late, frame.joint_position)
         self._sent = self._correction.for_motors(self._measured_position(frame))
-        tilt = self._estimator.begin(frame)
-        self._modes.begin(
-            lies=tilt is not None and tilt > LYING_TILT,
-            upright=tilt is not None and tilt < UPRIGHT_TILT,
-        )
+        lies, upright = self._estimator.begin(frame)
+        self._modes.begin(lies=lies, upright=upright)
         if self._modes.state is MOTION:
             self._estimator.reset_lying_side()
         return 0
@@ -560,7 +557,7 @@ class Gait:
         """Reset after a gap in the frames, but keep the robot limp, fallen or sitting if it is so.
 
         A robot that was getting up tries again. `moved`: someone may have put it on its feet
-        meanwhile; a fallen one stands at once if the next frame shows it upright and at rest.
+        meanwhile; a fallen one stands at once if the next frame shows it upright.
         """
         before, position = self._modes, self._last_position
         self.reset()

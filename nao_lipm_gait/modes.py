@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from nao_lipm_gait.estimation.state_estimator import UPRIGHT_TILT
 from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
 from robot_core.motion.keyframes import LYING, Motion, Posture
 from robot_core.types import (
@@ -27,8 +28,6 @@ from robot_core.types import (
     VelocityCommand,
 )
 
-UPRIGHT_TILT = 0.2
-"""Tilt [rad] of the torso below which a fallen robot counts as put back on its feet."""
 UPRIGHT_TIME = 0.5
 """Time [s] for which the tilt must stay below it before the robot stands up."""
 
@@ -132,7 +131,7 @@ class Modes:
     Attributes:
         fell: A fall was detected in the last tick.
         resumes: The first frame continues the motion pose that was held before a restart.
-        put_up: A fall before a restart is over if the first frame shows an upright robot at rest.
+        put_up: A fall before a restart is over if the first frame shows a robot that stands.
     """
 
     def __init__(

@@ -4,7 +4,7 @@ SensorFrame -> soles and CoM in the torso frame -> torso orientation -> measured
 -> odometry; and whether the robot falls, tips, or on which side it lies.
 """
 
-from math import hypot, sin
+from math import acos, hypot, sin
 
 from nao_lipm_gait.estimation.blocked import BlockedDetector
 from nao_lipm_gait.estimation.com_measurement import (
@@ -62,10 +62,13 @@ LYING_TILT = 1.0
 """Tilt [rad] of a torso at rest beyond which the robot lies."""
 GET_UP_TILT = 0.4
 """Tilt [rad] at the end of a get-up beyond which it has failed."""
-REST_FORCE = 0.3
-"""Largest difference [m/s^2] of the specific force from gravity at rest."""
-REST_RATE = 0.05
-"""Largest roll and pitch rate [rad/s] at rest."""
+UPRIGHT_TILT = 0.2
+"""Tilt [rad] of the torso below which a fallen robot counts as put back on its feet."""
+REST_FORCE, SWAY_FORCE = 0.3, 1.0
+"""Largest difference [m/s^2] of the specific force from gravity at rest, and of a robot that sways
+on its feet, as one with soft motors does that has just been put on them."""
+REST_RATE, SWAY_RATE = 0.05, 0.5
+"""Largest roll and pitch rates [rad/s] of the same."""
 GAP_MAX = 0.05
 """Longest gap [s] to integrate the gyro over, and to interpolate its samples; beyond half a sway
 both ends say nothing about the rotation in between."""
@@ -142,15 +145,23 @@ class StateEstimator:
         p = self._p = parameters
         self.orientation.set_stance_time(p.stance_time)
 
-    def begin(self, frame: SensorFrame) -> float | None:
-        """Initialise the orientation with the first frame; its tilt [rad], None in motion."""
+    def begin(self, frame: SensorFrame) -> tuple[bool, bool]:
+        """Initialise the orientation with the first frame.
+
+        Returns:
+            Whether it shows a robot that lies, and whether one that is upright and does not fall.
+        """
         force, rate = as_point(frame.linear_acceleration), as_point(frame.angular_velocity)
-        at_rest = abs(hypot(*force) - GRAVITY) < REST_FORCE and hypot(rate[0], rate[1]) < REST_RATE
-        if not at_rest:
+        size = hypot(*force)
+        off, turn = abs(size - GRAVITY), hypot(rate[0], rate[1])
+        tilt = acos(force[2] / size) if size > 0.0 else 0.0
+        at_rest = off < REST_FORCE and turn < REST_RATE
+        if at_rest:
+            self.orientation.reset(force)
+        else:
             self.orientation.reset_moving(force)
-            return None
-        self.orientation.reset(force)
-        return self.orientation.tilt
+        sways = off < SWAY_FORCE and turn < SWAY_RATE
+        return at_rest and tilt > LYING_TILT, sways and tilt < UPRIGHT_TILT
 
     def update(
         self,

@@ -45,10 +45,13 @@ class Supervised:
             load = LoadInput(*divmod(self.stamp, 1_000 * MS), side, force)
             self.supervisor.receive(load, self.stamp)
 
-    def decide(self, gaps: Gaps = COMPLETE) -> tuple[SensorFrame, VelocityCommand]:
+    def decide(
+        self, gaps: Gaps = COMPLETE, *, turn: float = 0.0
+    ) -> tuple[SensorFrame, VelocityCommand]:
+        """turn: Pitch rate [rad/s]."""
         self.stamp += 10 * MS
         force = np.array((0.0, 0.0, GRAVITY))
-        frame = SensorFrame(self.stamp, ROBOT.stand_pose, np.zeros(3), force)
+        frame = SensorFrame(self.stamp, ROBOT.stand_pose, np.array((0.0, turn, 0.0)), force)
         frame, command = self.supervisor.decide(frame, gaps)
         self.gait.step(frame, command)
         self.supervisor.follow(self.gait.status)
@@ -86,7 +89,14 @@ def test_a_robot_without_an_imu_stands_and_is_down_only_if_its_soles_carry_nothi
         assert (robot.gait.state is GaitState.FALLEN) == (state is GaitState.FALLEN)
 
 
-def test_a_robot_that_fell_without_an_imu_stands_once_it_is_put_up() -> None:
+@pytest.mark.parametrize(
+    ("turn", "state"),
+    [(0.0, GaitState.STAND), (0.2, GaitState.STAND), (2.0, GaitState.FALLEN)],
+    ids=["still", "sways", "falls"],
+)
+def test_a_robot_that_fell_without_an_imu_stands_once_it_is_put_up(
+    turn: float, state: GaitState
+) -> None:
     robot = Supervised()
     since = robot.stamp
     for _ in range(40):
@@ -95,8 +105,8 @@ def test_a_robot_that_fell_without_an_imu_stands_once_it_is_put_up() -> None:
     assert robot.gait.state is GaitState.FALLEN
     robot.stamp += 600 * MS
     robot.supervisor.new_time(NewTime(robot.stamp, first=False, steady=False))
-    robot.decide()
-    assert robot.gait.state is GaitState.STAND
+    robot.decide(turn=turn)
+    assert robot.gait.state is state
 
 
 def test_joints_that_cannot_be_read_for_long_stop_the_robot_until_they_can() -> None:
