@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Declare the suites, each with its own options."""
-    from gait_lab.bench.suite import suites
+    from gait_lab.bench.registry import suites
 
     names = parser.add_subparsers(dest="suite", metavar="SUITE", required=True)
     for suite in suites().values():
@@ -51,10 +51,10 @@ def _add_suite(parser: argparse.ArgumentParser, chosen: "list[Suite]") -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run it; the exit status."""
-    from gait_lab.bench import suite
+    from gait_lab.bench import registry
     from gait_lab.bench.options import given
 
-    suite.run(
+    registry.run(
         arguments.suite,
         given(arguments, arguments.options),
         preset=arguments.preset,

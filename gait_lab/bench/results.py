@@ -26,8 +26,8 @@ from gait_lab.bench import published
 from gait_lab.bench.figures import push_figure
 from gait_lab.bench.fingerprint import Fingerprint, fingerprints_of
 from gait_lab.bench.options import Options
+from gait_lab.bench.registry import Run, find_suite, plan
 from gait_lab.bench.rows import Cell, table_text
-from gait_lab.bench.suite import Run, find_suite, plan
 from gait_lab.bench.sweep import Sweep, load_sweep, plain
 from robot_core import schema
 from robot_core.errors import NaoGaitError

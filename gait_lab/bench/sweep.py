@@ -6,7 +6,7 @@ come on top. The keys are the fields of `Sweep`.
 
 import math
 import pkgutil
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from gait_lab.bench import suites as package
 from gait_lab.bench.options import Option, Options, declared
 from gait_lab.bench.pushes import DIRECTIONS, push_variants
 from gait_lab.bench.rows import Row
-from gait_lab.bench.suite import Suite, find_suite
+from gait_lab.bench.suite import Suite
 from gait_lab.bench.walks import (
     METRICS,
     RULES,
@@ -39,6 +39,8 @@ HALF_WINDOW = 10.0
 """[s] longest measured window at half speed."""
 FACTORS = {"deg": math.radians(1.0), "mm": 1e-3, "ms": 1e-3}
 """Factor from a unit of `Level.values` to the one of the plant's option."""
+FindSuite = Callable[[str], Suite]
+"""Gives the suite of a name; NaoGaitError if there is none."""
 _WITHOUT = "without_"
 _METRICS = schema.Sequence(schema.Choice(tuple(METRICS)))
 
@@ -86,9 +88,10 @@ class Trial(Settings):
     metrics: tuple[str, ...] = schema.field(schema.Sequence(schema.Text(), 1))
     options: dict[str, Any] = schema.field(Table(Anything()), attrs.Factory(dict))
 
-    def values(self, options: Options, parameters: GaitParameters) -> dict[str, Row]:
-        """The rows of a run with these parameters, by metric."""
-        suite = find_suite(self.suite)
+    def values(
+        self, suite: Suite, options: Options, parameters: GaitParameters
+    ) -> dict[str, Row]:
+        """The rows of a run of its suite with these parameters, by metric."""
         usual = {name: options.values[name] for name in suite.options if name in _INHERITED}
         given = {**usual, **plain(self.options), "show": options.show}
         of_suite = Options.of(suite.options, given).but(parameters=parameters)
@@ -127,9 +130,10 @@ class Sweep(Settings):
     levels: dict[str, Level] = schema.field(
         Table(Group(Level), key=schema.NAME), attrs.Factory(dict)
     )
-    pushes: tuple[tuple[str, float], ...] = schema.field(
-        schema.Sequence(Anything()), (), "Directions and impulses [N s] on the spot."
-    )
+    pushes: dict[str, float] = schema.field(
+        Table(schema.Number(0.0, 100.0, "N s"), key=schema.Choice(tuple(DIRECTIONS))),
+        attrs.Factory(dict), "On the spot: an impulse [N s] for each direction.",
+    )  # fmt: skip
     trials: dict[str, Trial] = schema.field(
         Table(Group(Trial), key=schema.NAME), attrs.Factory(dict)
     )
@@ -167,7 +171,7 @@ class Sweep(Settings):
         return {name: self.variants[name] for name in options.values.get("only", ())}
 
     def measure(self, options: Options, more: Mapping[str, Variant] = {}) -> Iterator[Row | str]:
-        """Walk, push and try every variant on the same robots.
+        """Walk and push every variant on the same robots.
 
         Args:
             options: Robots, tasks, engine, plant, parameters.
@@ -183,7 +187,6 @@ class Sweep(Settings):
         if not self.variants and not self.levels:
             walked = {"": Variant()}
         yield from self._walks(options, walked)
-        yield from self._trials(options, changes)
         yield f"{self.note} {RULES}".strip()
 
     def _walks(self, options: Options, variants: Mapping[str, Variant]) -> Iterator[Row]:
@@ -199,7 +202,7 @@ class Sweep(Settings):
             zip(variants, walk_all(options, [*tasks, *halves], every), strict=True)
         )
         pushed = dict(
-            zip(variants, push_variants(options, every, self.pushes), strict=True)
+            zip(variants, push_variants(options, every, list(self.pushes.items())), strict=True)
         )
         published = self.published and load_robot(options.urdf).name == NAO
         halved = {task.name for task in halves}
@@ -232,16 +235,18 @@ class Sweep(Settings):
                 value = next(broken, None)
                 yield Row(f"{name}_{unchanged.name}", "breaks_at", level.unit, value)
 
-    def _trials(self, options: Options, changes: Mapping[str, Change]) -> Iterator[Row]:
+    def measure_trials(self, options: Options, find: FindSuite) -> Iterator[Row]:
         """The metrics of each trial with an extension and without it."""
+        changes = self.chosen(options)
         before: dict[tuple[str, str | None], dict[str, Row]] = {}
         for name, change in changes.items():
             base = options.parameters if change.preset is None else load_preset(change.preset)
             for trial in change.trials:
                 asked, key = self.trials[trial], (trial, change.preset)
                 if key not in before:
-                    before[key] = asked.values(options, base)
-                after = asked.values(options, base.replace(**change.set))
+                    before[key] = asked.values(find(asked.suite), options, base)
+                changed = base.replace(**change.set)
+                after = asked.values(find(asked.suite), options, changed)
                 for metric in asked.metrics:
                     if metric not in after:
                         raise NaoGaitError(
@@ -282,8 +287,6 @@ def load_sweep(path: Path) -> Sweep:
     where = f"sweep {path}"
     sweep = Sweep.from_mapping(schema.read_yaml(path, "sweep"), where)
     _check_changes(sweep.variants, tuple(sweep.trials), where)
-    for direction, _ in sweep.pushes:
-        schema.Choice(tuple(DIRECTIONS)).check(f"{where}: pushes", direction)
     return sweep
 
 
@@ -297,21 +300,27 @@ def _check_changes(changes: Mapping[str, Change], trials: tuple[str, ...], where
             raise NaoGaitError(f"{where}: {name}", name, f"{_WITHOUT}NAME for a change with trials")
 
 
-def sweep_suite(name: str, sweep: Sweep) -> Suite:
-    """The suite of a sweep."""
+def sweep_suite(name: str, sweep: Sweep, find: FindSuite | None = None) -> Suite:
+    """The suite of a sweep; with `find`, its trials are run, too."""
+
+    def measure(options: Options) -> Iterator[Row | str]:
+        yield from sweep.measure(options)
+        if find is not None:
+            yield from sweep.measure_trials(options, find)
+
     return Suite(
-        name, sweep.title, sweep.summary, sweep.measure, sweep.declared(),
+        name, sweep.title, sweep.summary, measure, sweep.declared(),
         tuple(plain(each) for each in sweep.quick), sweep.check,
         lambda options: not sweep.engines or options.engine in sweep.engines,
     )  # fmt: skip
 
 
-def shipped_sweeps() -> Iterator[Suite]:
-    """The suites of `config/bench`, but for those that a module completes."""
+def shipped_sweeps(find: FindSuite) -> Iterator[Suite]:
+    """The suites of `config/bench` but for those that a module completes; `find`: for trials."""
     modules = {each.name for each in pkgutil.iter_modules(package.__path__)}
     for path in sorted(share("config", "bench").glob("*.yaml")):
         if path.stem not in modules:
-            yield sweep_suite(path.stem, load_sweep(path))
+            yield sweep_suite(path.stem, load_sweep(path), find)
 
 
 def _text(value: float | bool) -> str:

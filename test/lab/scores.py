@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from gait_lab.bench.options import Options
+from gait_lab.bench.registry import find_suite
 from gait_lab.bench.rows import Row
-from gait_lab.bench.suite import find_suite
 from gait_lab.bench.walks import Score
 from sim_bridge.trials.metrics import Metrics
 from sim_bridge.trials.rollout import RolloutResult, RolloutSpec

@@ -10,10 +10,10 @@ import pytest
 from scores import options
 
 from gait_lab import cli
-from gait_lab.bench import suite, suites
+from gait_lab.bench import registry, suites
 from gait_lab.bench.options import command_line, with_settings
+from gait_lab.bench.registry import Run, plan
 from gait_lab.bench.rows import Row, as_text, table_text, tables
-from gait_lab.bench.suite import Run, plan
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from nao_soccer.behavior.duel import DuelSettings
 from robot_core.errors import NaoGaitError
@@ -36,9 +36,9 @@ def new_suite(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     """A file that was dropped into the folder of the suites."""
     (tmp_path / "hopping.py").write_text(NEW_SUITE)
     monkeypatch.setattr(suites, "__path__", [*suites.__path__, str(tmp_path)])
-    suite.suites.cache_clear()
+    registry.suites.cache_clear()
     yield
-    suite.suites.cache_clear()
+    registry.suites.cache_clear()
     sys.modules.pop("gait_lab.bench.suites.hopping", None)
 
 
@@ -64,7 +64,7 @@ def test_help_names_the_options_of_a_suite_alone(capsys: pytest.CaptureFixture[s
 
 
 def test_all_runs_every_suite_that_applies() -> None:
-    every = set(suite.suites()) - {"rcss", "rcss_match"}  # they install a server
+    every = set(registry.suites()) - {"rcss", "rcss_match"}  # they install a server
     assert {run.suite.name for run in plan("all", {})} == every
     wide = {run.suite.name: run.options.robots for run in plan("all", {"robots": 9})}
     assert wide["speed"] == wide["start"] == 9
@@ -78,7 +78,7 @@ def test_all_runs_every_suite_that_applies() -> None:
 def test_the_command_of_a_run_gives_its_options(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     words = shlex.split(run.command)
     found: list[Run] = []
-    monkeypatch.setattr(suite, "run", lambda name, asked, **_: found.extend(plan(name, asked)))
+    monkeypatch.setattr(registry, "run", lambda name, asked, **_: found.extend(plan(name, asked)))
     assert cli.main(words[1:]) == 0
     assert [each.options for each in found] == [run.options]
 
@@ -91,8 +91,8 @@ def test_every_option_survives_the_command_line(monkeypatch: pytest.MonkeyPatch)
         "plant_options": (("motor.play", 0.035), ("variation.friction", (0.2, 0.3))),
     }  # fmt: skip
     found: list[dict[str, Any]] = []
-    monkeypatch.setattr(suite, "run", lambda name, asked, **kw: found.append({**asked, **kw}))
-    of = {name: each.options for name, each in suite.suites().items()}
+    monkeypatch.setattr(registry, "run", lambda name, asked, **kw: found.append({**asked, **kw}))
+    of = {name: each.options for name, each in registry.suites().items()}
     line = command_line("push", of["push"], given, "paper", ("swing_lift=0.03",))
     assert cli.main(shlex.split(line)[1:]) == 0
     assert found[0]["preset"] == "paper"
@@ -210,7 +210,7 @@ def test_a_suite_that_cannot_be_imported_gives_one_line(
     def missing() -> None:
         raise ModuleNotFoundError("No module named 'cv2'", name="cv2")
 
-    monkeypatch.setattr("gait_lab.bench.suite.suites", missing)
+    monkeypatch.setattr("gait_lab.bench.registry.suites", missing)
     assert cli.main(["bench", "speed"]) == cli.EXIT_FAILED
     assert capsys.readouterr().err == (
         "nao_gait bench: needs cv2, which is not installed; in the checkout: "

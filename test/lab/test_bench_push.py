@@ -18,7 +18,7 @@ from gait_lab.bench.pushes import (
     impulse_step,
     survives,
 )
-from gait_lab.bench.suite import plan
+from gait_lab.bench.registry import plan
 from gait_lab.bench.suites.push import push
 from made_walk import LEFT, walk
 from nao_lipm_gait.parameters import load_preset

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scores import metrics, options, score, values
 
-from gait_lab.bench import suite
+from gait_lab.bench import registry
 from gait_lab.bench.figures import paper_figures, push_figure
 from gait_lab.bench.options import Options
 from gait_lab.bench.suites import endurance, limits, paper, posture, start
@@ -121,7 +121,7 @@ def test_a_suite_writes_its_rows_and_the_same_ones_again(name: str, tmp_path: Pa
 
     def run(file: Path) -> list[dict[str, Any]]:
         printed: list[str] = []
-        suite.run(name, {"robots": 1, "seed": 2, "jobs": 1, "show": False, **asked},
+        registry.run(name, {"robots": 1, "seed": 2, "jobs": 1, "show": False, **asked},
                   json_file=file, out=printed.append)  # fmt: skip
         assert printed[0].strip()
         rows: list[dict[str, Any]] = json.loads(file.read_text())
@@ -142,7 +142,7 @@ def test_a_suite_writes_its_rows_and_the_same_ones_again(name: str, tmp_path: Pa
 @pytest.mark.parametrize("setting", ["haste=1", "apart", "apart=near", "apart=-1"])
 def test_a_policy_that_does_not_exist_is_refused(name: str, setting: str) -> None:
     with pytest.raises(NaoGaitError, match="policy"):
-        suite.plan(name, {"policy": (setting,)})
+        registry.plan(name, {"policy": (setting,)})
 
 
 def test_compute_measures_ticks_and_rollouts() -> None:
@@ -406,7 +406,7 @@ def test_falls_are_counted_from_the_beginning_of_the_walk() -> None:
 )  # fmt: skip
 def test_what_a_suite_cannot_do_is_refused(name: str, asked: dict[str, Any], field: str) -> None:
     with pytest.raises(NaoGaitError) as refused:
-        suite.plan(name, asked)
+        registry.plan(name, asked)
     assert refused.value.field == field
 
 

@@ -9,7 +9,8 @@ import pytest
 from scores import metrics, options, values
 
 from gait_lab.bench import walks
-from gait_lab.bench.sweep import Level, Sweep, load_changes, load_sweep
+from gait_lab.bench.registry import find_suite
+from gait_lab.bench.sweep import Level, Sweep, load_changes, load_sweep, sweep_suite
 from nao_lipm_gait.parameters import GaitParameters, load_preset
 from robot_core.errors import NaoGaitError
 from robot_core.resources import share
@@ -146,11 +147,12 @@ def test_a_trial_gives_its_metrics_with_an_extension_and_without_it(
         return [RolloutResult(spec, metrics(speed_x=spec.parameters.swing_lift)) for spec in specs]
 
     monkeypatch.setattr(walks, "run_all", run_all)
-    sweep = attrs.evolve(shipped("ablation"), pushes=(), always=())
+    sweep = attrs.evolve(shipped("ablation"), pushes={}, always=())
     file = tmp_path / "list.yaml"
     file.write_text("without_lift: {set: {swing_lift: 0.02}, trials: [drift]}\nunchanged: {}\n")
     asked = options("ablation", robots=2, tasks=("forward",), changes=file)
-    found = values(sweep.measure(asked.but(parameters=GaitParameters(swing_lift=0.03))))
+    asked = asked.but(parameters=GaitParameters(swing_lift=0.03))
+    found = values(sweep_suite("ablation", sweep, find_suite).measure(asked))
     assert found["lift_forward_median_with"] == pytest.approx(3.0)
     assert found["lift_forward_median_without"] == pytest.approx(2.0)
     assert found["unchanged_forward_median"] == pytest.approx(3.0)
@@ -158,7 +160,7 @@ def test_a_trial_gives_its_metrics_with_an_extension_and_without_it(
     unknown = attrs.evolve(sweep.trials["drift"], metrics=("height",))
     sweep = attrs.evolve(sweep, trials={**sweep.trials, "drift": unknown})
     with pytest.raises(NaoGaitError, match=r"height.*forward_median"):
-        list(sweep.measure(asked))
+        list(sweep.measure_trials(asked, find_suite))
 
 
 @pytest.mark.parametrize(
@@ -179,7 +181,8 @@ def test_a_bad_list_of_changes_is_refused(text: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "change",
     [{"metrics": ["height"]}, {"options": 3}, {"title": ""}, {"wings": 2},
-     {"pushes": [["up", 1.0]]}, {"levels": {"a": {"option": "motor.play"}}}],
+     {"pushes": [["up", 1.0]]}, {"pushes": {"up": 1.0}}, {"pushes": {"left": None}},
+     {"levels": {"a": {"option": "motor.play"}}}],
 )  # fmt: skip
 def test_a_bad_sweep_is_refused(change: dict[str, Any], tmp_path: Path) -> None:
     file = tmp_path / "sweep.yaml"
@@ -195,7 +198,7 @@ def test_an_ablation_measures_every_change_on_the_same_robots(tmp_path: Path) ->
         "unchanged: {}\nsame: {set: {feedback: true}}\nother: {set: {feedback: false}}\n"
     )
     asked = options("ablation", robots=1, tasks=("forward",), window=0.5, phases=1, changes=file)
-    sweep = attrs.evolve(shipped("ablation"), always=(), pushes=(("left", 1.0),))
+    sweep = attrs.evolve(shipped("ablation"), always=(), pushes={"left": 1.0})
     found = values(sweep.measure(asked.but(parameters=GaitParameters())))
     of = {
         name: {metric.removeprefix(f"{name}_"): value for metric, value in found.items()

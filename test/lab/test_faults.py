@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_lab.bench import suite
+from gait_lab.bench import registry
 from gait_lab.bench.suites.faults import classes_of
 from gait_lab.channel import Channel
 from gait_lab.faults.campaign import (
@@ -475,7 +475,7 @@ def test_faults_are_named_or_refused() -> None:
 def test_the_suite_writes_a_row_for_each_outcome(tmp_path: Path) -> None:
     said: list[str] = []
     asked = {"runs": 2, "faults": ("nan", "no_commands"), "jobs": 1, "show": False}
-    suite.run("faults", asked, json_file=tmp_path / "rows.json", out=said.append)
+    registry.run("faults", asked, json_file=tmp_path / "rows.json", out=said.append)
     assert "no commands" in said[0]
     assert "VIOLATED" not in said[0]
     rows = (tmp_path / "rows.json").read_text()

@@ -12,7 +12,7 @@ import pinocchio as pin
 import pytest
 from scores import metrics, options, score, values
 
-from gait_lab.bench import suite
+from gait_lab.bench import registry
 from gait_lab.bench.suites import peers
 from gait_lab.bench.walks import Variant, tasks_of, walk_all
 from gait_lab.peers.placo_walk import HOW_TO_GET_IT, Placo, request, with_placo_frames
@@ -177,7 +177,7 @@ def run(tmp_path: Path, **asked: object) -> tuple[dict[str, float | None], str]:
     said: list[str] = []
     given = {"robots": 1, "window": 0.5, "jobs": 1, "show": False, "phases": 1,
              "tasks": ("forward=10",), **asked}  # fmt: skip
-    suite.run("peers", given, json_file=file, out=said.append)
+    registry.run("peers", given, json_file=file, out=said.append)
     return {row["metric"]: row["value"] for row in json.loads(file.read_text())}, said[0]
 
 

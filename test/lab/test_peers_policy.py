@@ -11,7 +11,7 @@ import pytest
 import yaml
 from scores import metrics, options
 
-from gait_lab.bench import pushes, suite
+from gait_lab.bench import pushes, registry
 from gait_lab.bench.pushes import Cell, PushSeries
 from gait_lab.bench.suites import peers
 from gait_lab.bench.walks import Variant
@@ -232,7 +232,7 @@ def run(tmp_path: Path, *paths: str) -> dict[str, float | None]:
     file = tmp_path / "rows.json"
     given = {"robots": 1, "window": 0.2, "jobs": 1, "show": False, "tasks": ("forward=10",),
              "policy": paths, "pushes": False, "metres": 0.1}  # fmt: skip
-    suite.run("peers", given, json_file=file, out=lambda text: None)
+    registry.run("peers", given, json_file=file, out=lambda text: None)
     return {row["metric"]: row["value"] for row in json.loads(file.read_text())}
 
 
@@ -255,7 +255,7 @@ def test_the_gait_and_a_policy_with_and_without_the_true_velocity(tmp_path: Path
     assert rows["stands_forward_10_median_of_upright"] == pytest.approx(0.0, abs=1.0)
     assert rows["classical_forward_10_median_of_upright"] == pytest.approx(10.0, abs=3.0)
     with pytest.raises(NaoGaitError, match=r"policy.*different names"):
-        suite.plan("peers", {"policy": (path, path)})
+        registry.plan("peers", {"policy": (path, path)})
 
 
 def test_a_policy_walks_with_the_gains_of_its_file(tmp_path: Path) -> None:
@@ -264,7 +264,7 @@ def test_a_policy_walks_with_the_gains_of_its_file(tmp_path: Path) -> None:
     gains = {"Hip": [200.0, 5.0], "Left": [50.0, 3.0]}
     weights = np.zeros((len(t1.joint_names), 9))
     path = write(tmp_path, weights, pose={}, observations=TERMS[:3], gains=gains)
-    (run,) = suite.plan("peers", {"policy": (path,), "urdf": "booster_t1"})
+    (run,) = registry.plan("peers", {"policy": (path,), "urdf": "booster_t1"})
     (variant,) = peers.policies(run.options).values()
     spec = variant.spec(run.options, True, find_task("spot"), 0)
     with make_world(spec) as world:

@@ -14,9 +14,10 @@ from gait_lab import cli
 from gait_lab.bench import results
 from gait_lab.bench.fingerprint import Fingerprint
 from gait_lab.bench.options import Options, declared
+from gait_lab.bench.registry import suites
 from gait_lab.bench.results import CodeState, Plan, ResultsOptions, results_plan
 from gait_lab.bench.rows import Row
-from gait_lab.bench.suite import Suite, suites
+from gait_lab.bench.suite import Suite
 from robot_core.errors import NaoGaitError
 
 DOCS = results.ROOT / "docs"
@@ -112,7 +113,7 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
         {"sections": {name: {"suite": name} for name in names}, "page": tables}
     )
     fakes = {name: made.suite(name) for name in names}
-    monkeypatch.setattr("gait_lab.bench.suite.suites", lambda: {**suites(), **fakes})
+    monkeypatch.setattr("gait_lab.bench.registry.suites", lambda: {**suites(), **fakes})
     monkeypatch.setattr(results, "results_plan", lambda: planned)
     monkeypatch.setattr(CodeState, "of", classmethod(lambda cls: made.code))
 

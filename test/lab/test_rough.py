@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from scores import options
 
-from gait_lab.bench import suite
+from gait_lab.bench import registry
 from gait_lab.bench.suites.rough import GIVEN, WALKERS, parameters_of, walkers_of
 from nao_lipm_gait.parameters import load_preset
 from robot_core.errors import NaoGaitError
@@ -93,7 +93,7 @@ def test_the_suite_writes_its_rows(tmp_path: Path) -> None:
         "robots": 2, "seed": 1, "engine": "mujoco", "jobs": 1, "show": False,
         "experiments": ("bruno_fast",), "open_loop": "off", "plant_options": LEVEL,
     }  # fmt: skip
-    suite.run("rough", asked, json_file=file, out=said.append)
+    registry.run("rough", asked, json_file=file, out=said.append)
     rows = {row["metric"]: row for row in json.loads(file.read_text())}
     ends = [rows[f"bruno_fast_{end}"]["value"] for end in ("crossed", "fell", "left", "late")]
     assert sum(ends) == rows["bruno_fast_runs"]["value"] == 2

@@ -33,7 +33,7 @@ from sim_bridge.trials.trial import HeldCommand, loaded_robot, make_gait, make_w
 SWEEP = load_sweep(share("config", "bench", "peers.yaml"))
 CLASSICAL = "classical"
 LEARNED = attrs.evolve(
-    SWEEP, labelled=True, pushes=(),
+    SWEEP, labelled=True, pushes={},
     metrics=(
         "upright", "counts", "farthest", "farthest_of_upright", "median_of_upright", "error_median",
         "off_worst", "yaw_off_worst", "flight_worst", "slip_worst",
@@ -89,7 +89,7 @@ def peers(options: Options) -> Iterator[Row | str]:
         )
     else:
         more = {"placo": Variant(walker=Placo(options.placo_python))}
-    sweep = SWEEP if options.pushes else attrs.evolve(SWEEP, pushes=())
+    sweep = SWEEP if options.pushes else attrs.evolve(SWEEP, pushes={})
     yield from sweep.measure(options, more)
 
 
