@@ -37,13 +37,13 @@ def main(args: Sequence[str] | None = None) -> optuna.Study:
         parameters = load_preset("default").replace(
             swing_lift=trial.suggest_float("swing_lift", 0.02, 0.05),
             torso_pitch=trial.suggest_float("torso_pitch", 0.0, 0.1),
-            arm_swing=trial.suggest_float("arm_swing", 0.0, 1.0),
+            arm_swing=trial.suggest_float("arm_swing", 0.0, 12.0),
         )
         return min(speed(seed, seconds, parameters) for seed in range(robots))
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     study = optuna.create_study(direction="maximize", sampler=optuna.samplers.TPESampler(seed=0))
-    study.enqueue_trial({"swing_lift": 0.03, "torso_pitch": 0.04, "arm_swing": 0.5})
+    study.enqueue_trial({"swing_lift": 0.03, "torso_pitch": 0.04, "arm_swing": 5.5})
     study.optimize(objective, n_trials=trials)
     best = ", ".join(f"{name} {value:.3f}" for name, value in study.best_params.items())
     print(f"{100 * study.best_value:.1f} cm/s with {best}")

@@ -297,7 +297,8 @@ def _check_changes(changes: Mapping[str, Change], trials: tuple[str, ...], where
         for each in change.trials:
             schema.Choice(trials).check(f"{where}: {name}.trials", each)
         if change.trials and not name.startswith(_WITHOUT):
-            raise NaoGaitError(f"{where}: {name}", name, f"{_WITHOUT}NAME for a change with trials")
+            allowed = f"{_WITHOUT}NAME for a change with trials, any name for one without trials"
+            raise NaoGaitError(f"{where}: {name}", name, allowed)
 
 
 def sweep_suite(name: str, sweep: Sweep, find: FindSuite | None = None) -> Suite:

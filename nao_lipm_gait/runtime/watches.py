@@ -129,6 +129,8 @@ class Outage(NamedTuple):
     Attributes:
         reason: Why the robot must not walk; None if it may.
         log_key: Tells reasons apart; the log shows each once.
+        fallen: The robot lies.
+        imu_returned: The IMU was missing until this tick, for so long that the robot had to stop.
     """
 
     reason: str | None = None

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from nao_lipm_gait import (
     Simulation,
     Velocity,
 )
+from sim_bridge.trials.tasks import find_task
 from sim_bridge.trials.trial import TimedCommands, TrialSpec, make_gait, make_world, run
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -36,6 +38,18 @@ def test_readme_and_docstring_show_the_same_lines() -> None:
     assert len(lines.splitlines()) == 9
     shown = [line.strip() for line in nao_lipm_gait.__doc__.splitlines()]  # type: ignore[union-attr]
     assert all(line.strip() in shown for line in lines.splitlines())
+
+
+def test_the_lines_that_measure_a_walk_measure_what_bench_does(mujoco_only: None) -> None:
+    page = (ROOT / "docs" / "python.md").read_text()
+    (lines,) = re.findall(r"```python\n(from nao_lipm_gait import load_preset.*?)```", page, re.S)
+    names: dict = {}
+    exec(lines, names)
+    task = replace(find_task("side=25").lasting(8.0), name="bench")
+    score = names["rollout"](replace(names["spec"], task=task)).metrics
+    assert names["metrics"] == score
+    assert score.speed_y > 0.2
+    assert 0.0 < score.com_error_y < 0.02
 
 
 @pytest.fixture
