@@ -303,7 +303,8 @@ class Gait:
         if state is WALK:
             if support != support_before:
                 base = self._estimator.odometry.base_footprint_in_odom
-                self._step_kick.begin_step(-support, base, p.foot_spacing, p.kick_reach)
+                reach, lift = p.kick_reach, p.swing_lift
+                self._step_kick.begin_step(-support, base, p.foot_spacing, reach, lift)
             targets = self._step_kick.apply(
                 targets, support, self._walk.time_left, dt if moves_on else 0.0
             )

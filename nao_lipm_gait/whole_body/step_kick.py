@@ -1,7 +1,8 @@
 """Kicks in the walk: in its next step a foot swings through the ball, and lands where it would.
 
-The walk plans its steps as ever; only the way of the swing foot gets longer, and the placement of
-the CoM answers the moving leg. So a kick needs no stop, and costs no more balance than its swing.
+The walk plans its steps as ever; only the way of the swing foot gets longer, and as high as usual
+where feet are kept low: a low one gives the ball half of its way. The placement of the CoM answers
+the moving leg. So a kick needs no stop, and costs no more balance than its swing.
 """
 
 from collections.abc import Sequence
@@ -39,6 +40,7 @@ class StepKick:
         self._radius = BALL
         self._waited = 0.0
         self._way: Point2 = (0.0, 0.0)
+        self._lift = 0.0
         self._phase = 1.0
 
     def ask(self, ball: Pose2, radius: float) -> None:
@@ -46,14 +48,15 @@ class StepKick:
         self._goal, self._radius, self._waited = ball, radius, 0.0
 
     def begin_step(
-        self, foot: int, base_footprint_in_odom: Pose2, spacing: float, reach: float
-    ) -> None:
+        self, foot: int, base_footprint_in_odom: Pose2, spacing: float, reach: float,
+        lift: float,
+    ) -> None:  # fmt: skip
         """A foot, LEFT or RIGHT, begins to swing: kick, if the ball lies on its way.
 
         `spacing` [m] is the distance between the ankles; the foot swings by `reach` [m] beyond its
-        way.
+        way, and is lifted by `lift` [m] at least.
         """
-        self._phase, self._way = 0.0, (0.0, 0.0)
+        self._phase, self._way, self._lift = 0.0, (0.0, 0.0), lift
         if self._goal is None:
             return
         x, y, direction = relative(self._goal, base_footprint_in_odom)
@@ -87,16 +90,17 @@ class StepKick:
             return targets
         share = raised_cosine(2.0 * min(phase - BEGIN, END - phase) / (END - BEGIN))
         x, y = share * self._way[0], share * self._way[1]
+        z = self._lift * raised_cosine(2.0 * min(phase, 1.0 - phase))
         left, right = targets.left_sole, targets.right_sole
         if support == LEFT:
-            right = _moved(right, x, y)
+            right = _moved(right, x, y, z)
         else:
-            left = _moved(left, x, y)
+            left = _moved(left, x, y, z)
         return BodyTargets(
             targets.com_in_q, left, right, targets.torso_roll, targets.torso_pitch,
             targets.q_in_odom, targets.torso_yaw,
         )  # fmt: skip
 
 
-def _moved(sole: SoleTarget, x: float, y: float) -> SoleTarget:
-    return SoleTarget(sole.x + x, sole.y + y, sole.z, sole.yaw, sole.pitch, sole.roll)
+def _moved(sole: SoleTarget, x: float, y: float, z: float) -> SoleTarget:
+    return SoleTarget(sole.x + x, sole.y + y, max(sole.z, z), sole.yaw, sole.pitch, sole.roll)

@@ -43,7 +43,3 @@ class DuelSettings(Settings):
     lift_near: float = number(
         1.0, 0.0, 5.0, "m", "From another robot, up to which feet are lifted by that share."
     )
-    lift_near_kick: float = number(
-        0.5, 0.0, 5.0, "m",
-        "The same of a robot that kicks in the walk: a low foot gives the ball half of its way.",
-    )  # fmt: skip

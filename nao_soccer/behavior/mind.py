@@ -129,7 +129,7 @@ class Mind:
             near = Round(situation.ball, game.ball_distance, APART_FROM)
             walk = kept_apart(walk, [near], self._limits)
         kick = action.kick if walk.x > 0.0 else None  # who kicks while it steps back falls
-        beside = self._duel.lift_near if kick is None else self._duel.lift_near_kick
+        beside = self._duel.lift_near
         low = any(math.hypot(*each.position) < beside for each in world.obstacles)
         action = replace(
             action, walk=walk, head=_watching_way(action, situation), kick=kick,

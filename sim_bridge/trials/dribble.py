@@ -43,11 +43,13 @@ class DribbleSpec(TrialSpec):
         across: y [m] of the ball before the foot, in base_footprint; left is positive.
         direction: [rad] in which the foot shall kick it, counter-clockwise from straight ahead.
         speed: [m/s] commanded forwards.
+        lift: Share of their usual height by which the feet are lifted.
     """
 
     across: float
     speed: float
     direction: float = 0.0
+    lift: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +83,7 @@ def dribble(spec: DribbleSpec) -> DribbleResult:
         lay = compose(line, (ahead, beside, 0.0))
         ball = BallWay(trial, np.array(lay[:2]))
         place = start
+        trial.gait.request_lift(spec.lift)
         for _ in range(round(LIMIT / CONTROL_PERIOD)):
             place = trial.tick.truth.base_footprint
             _, y, yaw = relative(place, start)

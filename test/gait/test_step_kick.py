@@ -12,16 +12,23 @@ SPACING, STEP, REACH = 0.12, 0.25, 0.08
 
 def swing(x: float, radius: float = BALL, reach: float = REACH) -> float:
     """How far [m] the left foot swings beyond its way to a ball x [m] before it."""
+    return max(sole.x for sole in way(x, radius, reach))
+
+
+def way(
+    x: float, radius: float = BALL, reach: float = REACH, lift: float = 0.0, low: float = 0.0
+) -> list[SoleTarget]:
+    """The left sole in the step to a ball x [m] before it; the walk has it `low` [m] high."""
     kick = StepKick(FOOT)
     kick.ask((x, 0.5 * SPACING, 0.0), radius)
-    kick.begin_step(LEFT, (0.0, 0.0, 0.0), SPACING, reach)
-    left, right = (SoleTarget(0.0, 0.5 * side * SPACING, 0.0, 0.0) for side in (1, -1))
+    kick.begin_step(LEFT, (0.0, 0.0, 0.0), SPACING, reach, lift)
+    left, right = (SoleTarget(0.0, 0.5 * side * SPACING, low, 0.0) for side in (1, -1))
     body = BodyTargets((0.0, 0.0, 0.26), left, right, 0.0, 0.0, (0.0, 0.0, 0.0))
     ticks = 25
-    return max(
-        kick.apply(body, RIGHT, STEP * (1 - n / ticks), STEP / ticks).left_sole.x
+    return [
+        kick.apply(body, RIGHT, STEP * (1 - n / ticks), STEP / ticks).left_sole
         for n in range(1, ticks)
-    )
+    ]
 
 
 def test_a_larger_ball_lies_farther_ahead() -> None:
@@ -36,3 +43,12 @@ def test_it_swings_by_its_reach() -> None:
     x = 0.1 + BALL
     assert swing(x, reach=0.5 * REACH) == pytest.approx(0.5 * swing(x))
     assert swing(x, reach=0.0) == 0.0
+
+
+def test_a_foot_that_kicks_is_lifted_as_usual() -> None:
+    x, low, lift = 0.1 + BALL, 0.015, 0.03
+    heights = [sole.z for sole in way(x, lift=lift, low=low)]
+    assert max(heights) == pytest.approx(lift, rel=0.05)
+    assert min(heights) == low
+    assert {sole.z for sole in way(x + 0.3, lift=lift, low=low)} == {low}  # nothing to kick
+    assert {sole.z for sole in way(x, lift=low, low=lift)} == {lift}  # never lower than the walk

@@ -34,6 +34,10 @@ IN_THE_WALK = {"walking_left": 1.0, "walking_right": -1.0}
             WAYS[:1], "kicks of a standing robot, or of one that walks", "WAY", ("--way",),
             choices=WAYS,
         ),
+        "lift": Option(
+            1.0, "share of their usual height by which a robot that walks lifts its feet", "SHARE",
+            minimum=0.0, maximum=1.0,
+        ),
     },
     quick=({"robots": 3},),
     check=lambda options: "standing" in options.ways and kick_directions(options.urdf),
@@ -73,7 +77,7 @@ def _walking(options: Options) -> Iterator[Row | str]:
     specs = [
         DribbleSpec(
             robot_seed=seed, noise_seed=attempt, across=sign * across,
-            speed=SPEED * math.sqrt(robot.size), **options.trial,
+            speed=SPEED * math.sqrt(robot.size), lift=options.lift, **options.trial,
         )
         for sign in IN_THE_WALK.values() for seed in options.seeds
         for attempt in range(options.attempts)
