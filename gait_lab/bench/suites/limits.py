@@ -75,7 +75,7 @@ class Limits(NamedTuple):
 def limits_of(options: Options) -> Limits:
     """From the step sizes and from steps in place of the first robot."""
     p, task = options.parameters, TASKS["spot"].lasting(STEPS_WINDOW)
-    metrics = rollout(RolloutSpec(task, options.seed, **options.trial)).metrics
+    metrics = rollout(RolloutSpec(task, robot_seed=options.seed, **options.trial)).metrics
     step = metrics.duration / max(1, metrics.support_changes)
     return Limits(
         p.step_forward_max / step,
