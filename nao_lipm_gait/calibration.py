@@ -45,6 +45,13 @@ class Calibration(Settings):
     sole_roll: float = number(
         0.0, -0.2, 0.2, "rad", "Roll of the left sole relative to the right one, in the same way."
     )
+    lean: float = number(
+        0.0,
+        -0.2,
+        0.2,
+        "rad",
+        "Roll of the torso over level soles when the joint angles say upright.",
+    )
     imu_roll: float = number(
         0.0,
         -0.2,
@@ -86,18 +93,24 @@ class SensorCorrection:
         if (c.imu_roll, c.imu_pitch, c.gyro_bias_x, c.gyro_bias_y, c.gyro_bias_z) != (0.0,) * 5:
             self._imu = rotation_from_rpy(c.imu_roll, c.imu_pitch, 0.0)
         self._gyro_bias = np.array((c.gyro_bias_x, c.gyro_bias_y, c.gyro_bias_z))
-        self._soles = 0.0, 0.0
-        self.set_soles(c.sole_pitch, c.sole_roll)
+        self._soles = 0.0, 0.0, 0.0
+        self.set_soles(c.sole_pitch, c.sole_roll, c.lean)
 
-    def set_soles(self, pitch: float, roll: float) -> None:
-        """Set pitch and roll [rad] of the left sole relative to the right one."""
-        if (pitch, roll) == self._soles:
+    def set_soles(self, pitch: float, roll: float, lean: float) -> None:
+        """Set the errors of the ankles.
+
+        Args:
+            pitch: Pitch [rad] of the left sole relative to the right one.
+            roll: The same for the roll [rad].
+            lean: Roll [rad] of the torso over both soles.
+        """
+        if (pitch, roll, lean) == self._soles:
             return
-        self._soles = pitch, roll
+        self._soles = pitch, roll, lean
         offset, zeros = float_view(self._offset), float_view(self._zeros)
-        for (left, right), tilt in ((self._pitch, pitch), (self._roll, roll)):
-            offset[left] = zeros[left] + 0.5 * self._signs[left] * tilt
-            offset[right] = zeros[right] - 0.5 * self._signs[right] * tilt
+        for (left, right), tilt, both in ((self._pitch, pitch, 0.0), (self._roll, roll, lean)):
+            offset[left] = zeros[left] + self._signs[left] * (0.5 * tilt - both)
+            offset[right] = zeros[right] - self._signs[right] * (0.5 * tilt + both)
 
     def sensed(self, frame: SensorFrame) -> SensorFrame:
         """The frame without the constant errors."""

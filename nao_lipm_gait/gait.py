@@ -140,6 +140,7 @@ class Gait:
             sole_springs(self._image.sole_corners, self._image_mass()),
             calibration.sole_pitch,
             calibration.sole_roll,
+            calibration.lean,
             known=calibration != NOT_CALIBRATED,
             learns_roll=not robot.soft_joint,
         )
@@ -228,7 +229,8 @@ class Gait:
         # State estimation: torso orientation, measured CoM (11), odometry.
         settled = self._modes.state is STAND and not self._blend.active
         self._estimator.update(frame, expected, self._modes.state, dt, settled=settled)
-        self._correction.set_soles(self.levelling.applied_pitch, self.levelling.applied_roll)
+        soles = self.levelling
+        self._correction.set_soles(soles.applied_pitch, soles.applied_roll, soles.applied_lean)
         if self._cautious and self.levelling.known:
             self._cautious = False  # only once
             self.set_parameters(self.parameters)
@@ -712,6 +714,7 @@ class Gait:
         return Calibration(
             sole_pitch=self.levelling.pitch,
             sole_roll=self.levelling.roll,
+            lean=self.levelling.lean,
             imu_roll=c.imu_roll + stand.roll,
             imu_pitch=c.imu_pitch + stand.pitch,
             gyro_bias_x=c.gyro_bias_x + gyro[0],

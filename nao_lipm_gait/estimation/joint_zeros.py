@@ -175,7 +175,9 @@ def corrected(
         joint_zero=zeros,
         sole_pitch=_left(calibration.sole_pitch, pitch),
         sole_roll=_left(calibration.sole_roll, roll),
-        imu_roll=calibration.imu_roll - float(up[1]),
+        # Whether the zero makes the torso lean, the next steps show.
+        lean=0.0,
+        imu_roll=calibration.imu_roll + calibration.lean - float(up[1]),
         imu_pitch=calibration.imu_pitch + float(up[0]),
     )
 

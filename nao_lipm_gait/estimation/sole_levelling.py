@@ -14,13 +14,22 @@ sole on four springs tilts in proportion to the distance of the ZMP from their c
 has the factor for the expected ground. The ground's softness relative to it is learned from how the
 sole turns while the ZMP moves along it.
 
-Three scalar Kalman filters hold pitch, roll and softness, with one measurement for each single
-support. A measurement has a systematic error, which is larger for the roll in fast walks and turns;
-it does not correct what is known much better.
+What both soles have in common shows elsewhere. A torso that leans to the left over two level soles
+sets the left foot down early and the right one late. Its ZMP then moves to the same side in both
+single supports, while in a walk whose steps are mirror images it moves to opposite sides:
+
+    sway = mean over both single supports of zmp_y sin(2 pi phase)
+
+Neither the mounting nor a bias of the IMU shows in it. In steps to the side and in turns, which are
+no mirror images, it is not measured.
+
+Four scalar Kalman filters hold pitch, roll, softness and lean, with one measurement for each single
+support. A measurement has a systematic error, which is larger for roll and lean in fast walks; it
+does not correct what is known much better.
 """
 
 from collections.abc import Sequence
-from math import hypot, remainder, sqrt, tau
+from math import hypot, remainder, sin, sqrt, tau
 from typing import final
 
 from nao_lipm_gait.whole_body.body_model import SolePose
@@ -61,6 +70,19 @@ does not correct it; the second one where soles stand on their edges, so that th
 follows the one that is applied: ..."""
 FAST_TURN, FAST_SIDEWAYS = 1.0, 0.1
 """... above this turning rate [rad/s], and for the roll also above this speed sideways [m/s]."""
+LEAN_SIGMA = 0.009
+"""Deviation [rad] of the lean at first: encoder offsets of 0.5 deg in the roll joints."""
+LEAN_MAX = 0.035
+"""Largest lean [rad] that is learned."""
+LEAN_ERROR, LEAN_ERROR_AHEAD = 0.002, 0.08
+"""Systematic error of the measured lean [rad], and what is added per speed squared [rad s^2/m^2]:
+in fast strides the ZMP answers a change of the lean late, and learning would swing."""
+LEAN_SWAY = 0.22
+"""Sway of the ZMP per lean [m/rad]; on the spot, ahead and back 0.17 to 0.24."""
+SWAY_SIGMA = 0.0015
+"""Deviation [m] of the sway from step to step."""
+MIRRORED_SIDEWAYS, MIRRORED_TURN = 0.1, 0.5
+"""Speed sideways [m/s] and turning rate [rad/s] below which both steps are mirror images."""
 LASTING = 0.7
 """Deviation as a share of that error below which no measurement brings it: learning never ends."""
 KNOWN_SIGMA = 0.012
@@ -198,16 +220,18 @@ class SoleLevelling:
         springs: The soles on the expected ground.
         pitch: Pitch [rad] of the left sole relative to the right one, if it was calibrated.
         roll: The same for the roll [rad].
+        lean: Roll [rad] of the torso over level soles, if it was calibrated.
         known: Whether it was calibrated.
-        learns_roll: Whether the roll is learned.
+        learns_roll: Whether roll and lean are learned.
 
     Attributes:
         applied_pitch: Pitch [rad] that the joint angles given to `update` no longer contain.
         applied_roll: The same for the roll [rad].
+        applied_lean: The same for the lean [rad].
     """
 
     def __init__(
-        self, springs: SoleSprings, pitch: float = 0.0, roll: float = 0.0, *,
+        self, springs: SoleSprings, pitch: float = 0.0, roll: float = 0.0, lean: float = 0.0, *,
         known: bool = False, learns_roll: bool = True,
     ) -> None:  # fmt: skip
         self._springs = springs
@@ -216,9 +240,10 @@ class SoleLevelling:
         self._pitch = _Learned(pitch, sigma, -TILT_MAX, TILT_MAX)
         self._roll = _Learned(roll, sigma, -TILT_MAX, TILT_MAX)
         self._softness = _Learned(1.0, SOFTNESS_SIGMA, SOFTNESS_MIN, SOFTNESS_MAX)
+        self._lean = _Learned(lean, LEAN_ERROR if known else LEAN_SIGMA, -LEAN_MAX, LEAN_MAX)
         self._known_steps = KNOWN_STEPS if learns_roll else KNOWN_STEPS_PITCH
         self._measurements = self._known_steps if known else 0
-        self.applied_pitch, self.applied_roll = pitch, roll
+        self.applied_pitch, self.applied_roll, self.applied_lean = pitch, roll, lean
         self.pause()
 
     def pause(self) -> None:
@@ -230,7 +255,7 @@ class SoleLevelling:
         self._supports = 0
         self._slow_supports = 0
         self._ticks: list[_Tick] = []
-        self._last_zmp: tuple[float, float] | None = None
+        self._last_zmp: tuple[float, float, float] | None = None
 
     @property
     def pitch(self) -> float:
@@ -241,6 +266,11 @@ class SoleLevelling:
     def roll(self) -> float:
         """Roll [rad] of the left sole relative to the right one."""
         return self._roll.value
+
+    @property
+    def lean(self) -> float:
+        """Roll [rad] of the torso over level soles when the joint angles say upright."""
+        return self._lean.value
 
     @property
     def softness(self) -> float:
@@ -306,6 +336,7 @@ class SoleLevelling:
         step = APPLY_RATE * dt
         self.applied_pitch = limited_step(self.applied_pitch, self._pitch.value, step)
         self.applied_roll = limited_step(self.applied_roll, self._roll.value, step)
+        self.applied_lean = limited_step(self.applied_lean, self._lean.value, step)
 
     # -- one single support ------------------------------------------------------------------------
 
@@ -325,7 +356,8 @@ class SoleLevelling:
         around = ticks[middle - MIDDLE_TICKS : middle + MIDDLE_TICKS + 1]
         zmp_x = sum([each.zmp_x for each in around]) / len(around)
         zmp_y = sum([each.zmp_y for each in around]) / len(around)
-        self._last_zmp = zmp_x, zmp_y
+        sway = _sway(ticks)
+        self._last_zmp = zmp_x, zmp_y, sway
         if last_zmp is None or self._supports <= FIRST_STEPS:
             return
         vx, vy, turn = velocity
@@ -356,6 +388,11 @@ class SoleLevelling:
         if abs(vy) > FAST_SIDEWAYS:
             better = BETTER_ON_EDGES
         self._roll.correct(tick.roll - expected, side, _variance(left), error, better)
+        if abs(vy) < MIRRORED_SIDEWAYS and abs(turn) < MIRRORED_TURN:
+            expected = LEAN_SWAY * (self._lean.value - self.applied_lean)
+            innovation = 0.5 * (last_zmp[2] + sway) - expected
+            error = LEAN_ERROR + LEAN_ERROR_AHEAD * vx * vx
+            self._lean.correct(innovation, LEAN_SWAY, SWAY_SIGMA * SWAY_SIGMA, error)
 
     def _learn_softness(self, ticks: Sequence[_Tick], dt: float) -> None:
         """From the slope of the sole's pitch over the ZMP, which it follows with a lag."""
@@ -381,6 +418,12 @@ class SoleLevelling:
             innovation = measured - h * self._softness.value
             r = ROCKING_SIGMA * ROCKING_SIGMA
             self._softness.correct(innovation, h, r, SOFTNESS_ERROR)
+
+
+def _sway(ticks: Sequence[_Tick]) -> float:
+    """By how much [m] the ZMP is further to the left in the first half of a single support."""
+    per_tick = tau / max(1, len(ticks) - 1)
+    return sum([sin(per_tick * i) * tick.zmp_y for i, tick in enumerate(ticks)]) / len(ticks)
 
 
 def _variance(not_applied: float) -> float:

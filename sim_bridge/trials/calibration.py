@@ -120,21 +120,23 @@ class SoleTilt(NamedTuple):
     Attributes:
         pitch: [rad]
         roll: [rad]
+        lean: Roll [rad] of the torso over level soles when the joint angles say upright.
     """
 
     pitch: float
     roll: float
+    lean: float
 
 
 def true_tilt(robot: SimulatedRobot) -> SoleTilt:
-    """The tilt by the encoder offsets of a simulated robot: the differences of their sums."""
+    """The tilt by the encoder offsets of a simulated robot: differences and mean of their sums."""
     description = robot.description
     zero = dict(zip(description.joint_names, robot.individual.joint_zero.tolist(), strict=True))
     left, right = description.left_leg, description.right_leg
     pitch = [zero[leg.hip_pitch] + zero[leg.knee_pitch] + zero[leg.ankle_pitch]
              for leg in (left, right)]  # fmt: skip
     roll = [zero[leg.hip_roll] + zero[leg.ankle_roll] for leg in (left, right)]
-    return SoleTilt(pitch[0] - pitch[1], roll[0] - roll[1])
+    return SoleTilt(pitch[0] - pitch[1], roll[0] - roll[1], -0.5 * (roll[0] + roll[1]))
 
 
 class Levelled(NamedTuple):
@@ -171,5 +173,9 @@ def levelling(
             run(world, gait, TimedCommands(command_at, pushes, ahead=False)), ticks
         ):
             soles = gait.levelling
-            left = truth.pitch - soles.applied_pitch, truth.roll - soles.applied_roll
-            yield Levelled(SoleTilt(*left), soles.softness, tick.fallen)
+            left = SoleTilt(
+                truth.pitch - soles.applied_pitch,
+                truth.roll - soles.applied_roll,
+                truth.lean - soles.applied_lean,
+            )
+            yield Levelled(left, soles.softness, tick.fallen)

@@ -28,7 +28,7 @@ from robot_core.types import LEFT, RIGHT, FloatArray, SensorFrame
 
 ROBOT = load_robot()
 CALIBRATION = Calibration(
-    sole_pitch=0.03, sole_roll=-0.02, imu_roll=0.04, imu_pitch=-0.05,
+    sole_pitch=0.03, sole_roll=-0.02, lean=0.01, imu_roll=0.04, imu_pitch=-0.05,
     gyro_bias_x=0.01, gyro_bias_y=-0.02, gyro_bias_z=0.03,
 )  # fmt: skip
 DT = 0.01
@@ -117,6 +117,7 @@ def test_a_calibrated_gait_corrects_the_soles_from_its_first_tick() -> None:
     gait = Gait(ROBOT, GaitParameters(), calibration=CALIBRATION)
     assert gait.levelling.applied_pitch == CALIBRATION.sole_pitch
     assert gait.levelling.applied_roll == CALIBRATION.sole_roll
+    assert gait.levelling.applied_lean == CALIBRATION.lean
     assert max(gait.levelling.sigma) < max(Gait(ROBOT, GaitParameters()).levelling.sigma)
     assert gait.calibration == CALIBRATION, "it keeps what it knows"
 

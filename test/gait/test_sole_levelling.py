@@ -50,6 +50,7 @@ class SteppingTorso:
         softness: Softness of the ground.
         bias: Bias [rad/s] of the gyro, about x and y.
         ahead: How much further ahead [m] the ZMP is on the left sole.
+        lean: Roll [rad] of the torso over level soles by the joint errors.
     """
 
     def __init__(
@@ -59,12 +60,14 @@ class SteppingTorso:
         softness: float = 1.0,
         bias: tuple[float, float] = (0.0, 0.0),
         ahead: float = 0.0,
+        lean: float = 0.0,
     ) -> None:
         self.levelling = SoleLevelling(SPRINGS)
         self._tilt = roll, pitch
         self._softness = softness
         self._bias = bias
         self._ahead = ahead
+        self._lean = lean
         self.velocity = (0.0, 0.0, 0.0)
         self.on_edges: float | None = None  # roll that is measured whatever is applied
         self._tick = 0
@@ -84,6 +87,9 @@ class SteppingTorso:
         # The ZMP moves along the sole and back, and lies inside of its springs' center.
         zmp_x = 0.03 * math.cos(2.0 * math.pi * phase) + (self._ahead if support == LEFT else 0.0)
         zmp_y = support * (SPRINGS.center_y - 0.01)
+        # In mirrored steps it moves to opposite sides, by the lean to the same one.
+        sways = support * 0.004 + 0.4 * (self._lean - self.levelling.applied_lean)
+        zmp_y += sways * math.sin(2.0 * math.pi * phase)
         stance_pitch = self._softness * SPRINGS.pitch * zmp_x
         # As the estimator assumes it: the sole follows the ZMP with a lag while it rocks.
         self._sole_pitch += min(1.0, DT / 0.025) * (stance_pitch - self._sole_pitch)
@@ -134,6 +140,7 @@ def test_the_roll_is_left_alone_where_the_torso_rolls_with_its_motors() -> None:
     torso.walk(15.0)
     assert torso.levelling.pitch == pytest.approx(0.02, abs=0.003)
     assert torso.levelling.roll == torso.levelling.applied_roll == 0.0
+    assert torso.levelling.lean == torso.levelling.applied_lean == 0.0
     assert torso.levelling.known
 
 
@@ -152,13 +159,23 @@ def test_without_a_roll_the_soles_are_known_after_fewer_steps() -> None:
     assert needed[1] < needed[0]
 
 
+@pytest.mark.parametrize("lean", [0.02, -0.01])
+def test_the_lean_of_a_model_is_learned_and_no_gyro_bias_is_taken_for_one(lean: float) -> None:
+    torso = SteppingTorso(0.0, 0.0, bias=(0.01, -0.008), lean=lean)
+    torso.walk(12.0)
+    assert torso.levelling.lean == pytest.approx(lean, abs=0.002)
+    assert torso.levelling.applied_lean == pytest.approx(torso.levelling.lean, abs=0.001)
+
+
 def test_the_mirrored_model_has_the_mirrored_tilt() -> None:
     """Mirrored at the middle plane: the pitch changes its sign, the roll does not."""
-    one, other = SteppingTorso(0.02, 0.01, ahead=0.01), SteppingTorso(-0.02, 0.01, ahead=-0.01)
+    one = SteppingTorso(0.02, 0.01, ahead=0.01, lean=0.01)
+    other = SteppingTorso(-0.02, 0.01, ahead=-0.01, lean=-0.01)
     one.walk(8.0)
     other.walk(8.0)
     assert one.levelling.pitch == pytest.approx(-other.levelling.pitch, abs=0.002)
     assert one.levelling.roll == pytest.approx(other.levelling.roll, abs=0.002)
+    assert one.levelling.lean == pytest.approx(-other.levelling.lean, abs=0.002)
 
 
 def test_what_is_applied_changes_slowly_and_stays_in_bounds() -> None:
@@ -201,6 +218,16 @@ def after_steps(spec: TrialSpec, seconds: float, pushes: tuple[Push, ...] = ()) 
     *_, last = levelling(spec, STEP_ON_THE_SPOT, seconds, pushes)
     assert not last.fallen
     return last
+
+
+def test_a_simulated_robot_that_leans_stands_up_straight() -> None:
+    """Robot 103 leans to the left by 1.4 deg over level soles, robot 15 to the right by 1.1."""
+    pytest.importorskip("mujoco")
+    for robot in (103, 15):
+        spec = TrialSpec(robot_seed=robot, noise_seed=robot, engine="mujoco")
+        with make_world(spec) as world:
+            assert abs(math.degrees(true_tilt(world.robot).lean)) > 1.0
+        assert abs(math.degrees(after_steps(spec, 9.0).left.lean)) < 0.5
 
 
 def test_a_simulated_robot_levels_its_soles() -> None:
@@ -273,8 +300,9 @@ def test_short_steps_until_the_soles_are_known_and_none_after_a_calibration() ->
 
 
 def test_a_calibration_is_applied_at_once_and_outlives_a_reset() -> None:
-    calibration = NOT_CALIBRATED.replace(sole_pitch=0.02, sole_roll=-0.01)
+    calibration = NOT_CALIBRATED.replace(sole_pitch=0.02, sole_roll=-0.01, lean=0.015)
     gait = make_gait(replace(ROBOT_2, calibration=calibration))
-    assert (gait.levelling.applied_pitch, gait.levelling.applied_roll) == (0.02, -0.01)
+    soles = gait.levelling
+    assert (soles.applied_pitch, soles.applied_roll, soles.applied_lean) == (0.02, -0.01, 0.015)
     gait.reset()
-    assert (gait.levelling.applied_pitch, gait.levelling.applied_roll) == (0.02, -0.01)
+    assert (soles.applied_pitch, soles.applied_roll, soles.applied_lean) == (0.02, -0.01, 0.015)

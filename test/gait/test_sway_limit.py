@@ -6,9 +6,8 @@ import pytest
 
 from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.walks.lipm.extensions.sway_limit import (
-    CALM_SHARE,
+    CALM_TIME,
     RECOVERY_TIME,
-    RETURN_TIME,
     SHARE_MIN,
     START_TIME,
     SwayLimit,
@@ -47,18 +46,16 @@ def test_more_sway_leaves_less_and_never_nothing() -> None:
     assert 1.0 > shares[0] > shares[1] > shares[2] == SHARE_MIN
 
 
-def test_it_is_taken_back_soon_to_nearly_the_stride_that_swayed_then_slowly() -> None:
+@pytest.mark.parametrize("sway", [0.0, 0.5, 0.9])
+def test_it_is_taken_back_the_sooner_the_calmer_the_walk_is(sway: float) -> None:
     limit = SwayLimit(LIMIT)
-    swaying(limit, 5.0 * LIMIT, 4.0, forward=0.8)
+    swaying(limit, 5.0 * LIMIT, 4.0)
     limit.begin()
-    swaying(limit, 0.0, START_TIME - 2 * DT, forward=SHARE_MIN)
-    assert limit.share == SHARE_MIN
-    swaying(limit, 0.0, 1.0, forward=SHARE_MIN)
-    assert limit.share == pytest.approx(SHARE_MIN + 1.0 / RETURN_TIME, abs=0.01)
-    swaying(limit, 0.0, 4.0, forward=SHARE_MIN)
-    calm = CALM_SHARE * 0.8
-    slow = 5.0 - (calm - SHARE_MIN) * RETURN_TIME
-    assert limit.share == pytest.approx(calm + slow / RECOVERY_TIME, abs=0.01)
+    swaying(limit, sway * LIMIT, START_TIME - 2 * DT, forward=SHARE_MIN)
+    before = limit.share
+    swaying(limit, sway * LIMIT, 2.0, forward=SHARE_MIN)
+    rate = 1.0 / RECOVERY_TIME + (1.0 - sway) / CALM_TIME
+    assert limit.share - before == pytest.approx(2.0 * rate, abs=0.01)
 
 
 def test_the_first_steps_do_not_count() -> None:
@@ -80,8 +77,8 @@ def test_the_sway_of_steps_that_are_short_forward_does_not_count() -> None:
 def test_a_share_is_taken_back_while_strides_are_short() -> None:
     limit = SwayLimit(LIMIT)
     swaying(limit, 5.0 * LIMIT, 4.0)
-    swaying(limit, 5.0 * LIMIT, 1.0, forward=0.0)
-    assert limit.share == pytest.approx(SHARE_MIN + 1.0 / RETURN_TIME, abs=0.01)
+    swaying(limit, 5.0 * LIMIT, 4.0, forward=0.0)
+    assert limit.share == pytest.approx(SHARE_MIN + 4.0 / RECOVERY_TIME, abs=0.01)
 
 
 def test_strides_that_were_shortened_most_are_still_watched() -> None:

@@ -3,9 +3,9 @@
 A walk that is about to fall often sways to the sides for a second or two before: on a hard floor,
 or on soles that are not level, long steps make more sway than the next steps take out. The sway
 shows in the innovation of the CoM to the side, which varies by a millimetre in a calm walk. The
-walk then uses less of its step limit forward, and takes it back soon up to nearly the stride that
-swayed, and slowly beyond. Steps to the side and turns sway more, and shorter strides forward would
-not change that: only long strides forward are watched.
+walk then uses less of its step limit forward, and takes it back the sooner the calmer it is. Steps
+to the side and turns sway more, and shorter strides forward would not change that: only long
+strides forward are watched.
 """
 
 from math import sqrt
@@ -21,11 +21,9 @@ WATCHED_SHARE = 0.35
 GAIN = 0.6
 """Share that is given up per relative excess of the sway."""
 RECOVERY_TIME = 40.0
-"""Time [s] in which all of the step limit is taken back."""
-CALM_SHARE = 0.9
-"""Share of the stride that swayed up to which the limit is taken back faster."""
-RETURN_TIME = 6.0
-"""Time [s] in which all of the limit would be taken back at that rate."""
+"""Time [s] in which all of the step limit is taken back at the limit of the sway, or unwatched."""
+CALM_TIME = 6.0
+"""Time [s] in which it would be taken back without any sway, beside that."""
 
 
 class SwayLimit:
@@ -41,8 +39,6 @@ class SwayLimit:
     def __init__(self, limit: float) -> None:
         self.share = 1.0
         self._watched = False
-        self._walked = self._calm = 0.0
-        self._sways = False
         self.set_limit(limit)
         self.begin()
 
@@ -62,7 +58,6 @@ class SwayLimit:
         if watched and not self._watched:
             self.begin()
         self._watched = watched
-        self._walked = forward_share
 
     def update(self, innovation: float, dt: float) -> None:
         """One tick.
@@ -73,22 +68,15 @@ class SwayLimit:
         """
         if self._limit <= 0.0:
             return
-        time = RETURN_TIME if self.share < self._calm else RECOVERY_TIME
-        taken_back = min(1.0, self.share + dt / time)
-        if not self._watched:
-            self.share = taken_back
-            return
-        self._time += dt
-        part = dt / min(self._time, SWAY_TIME)
-        self._mean += part * (innovation - self._mean)
-        self._square += part * (innovation * innovation - self._square)
-        if self._time < START_TIME:
-            return
-        sway = sqrt(max(0.0, self._square - self._mean * self._mean))
-        if sway <= self._limit:
-            self._sways = False
-        elif not self._sways:
-            self._sways = True
-            self._calm = CALM_SHARE * min(self._walked, self.share)
-        allowed = max(SHARE_MIN, 1.0 - GAIN * max(0.0, sway / self._limit - 1.0))
-        self.share = min(allowed, taken_back)
+        self.share += dt / RECOVERY_TIME
+        if self._watched:
+            self._time += dt
+            part = dt / min(self._time, SWAY_TIME)
+            self._mean += part * (innovation - self._mean)
+            self._square += part * (innovation * innovation - self._square)
+            if self._time >= START_TIME:
+                variance = max(0.0, self._square - self._mean * self._mean)
+                excess = sqrt(variance) / self._limit - 1.0
+                self.share += max(0.0, -excess) * dt / CALM_TIME
+                self.share = min(self.share, max(SHARE_MIN, 1.0 - GAIN * max(0.0, excess)))
+        self.share = min(1.0, self.share)
