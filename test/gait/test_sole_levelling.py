@@ -249,6 +249,7 @@ def test_pushes_do_not_mislead_it() -> None:
     pushed = after_steps(ROBOT_2, 10.0, pushes)
     assert abs(math.degrees(pushed.left.pitch)) < 0.3
     assert abs(math.degrees(pushed.left.roll)) < 0.7
+    assert abs(math.degrees(pushed.left.lean)) < 0.5
 
 
 def test_a_slope_does_not_mislead_it() -> None:
