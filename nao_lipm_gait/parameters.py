@@ -232,7 +232,7 @@ PARAMETERS: tuple[schema.Field, ...] = tuple(BY_NAME.values())
 
 REMOVED = frozenset((
     "gyro_pitch_rate_gain", "gyro_roll_rate_gain", "gyro_hip_share", "gyro_waist_share",
-    "gyro_shoulder_share", "tilt_stance_time", "step_mixed_weight",
+    "gyro_shoulder_share", "tilt_stance_time",
 ))  # fmt: skip
 """Parameters of earlier versions, for an answer that says so."""
 
