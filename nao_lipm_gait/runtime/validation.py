@@ -59,6 +59,8 @@ ROTATION_STEP, ROTATION_ACCELERATION = 1.2, 120.0
 """[rad/s, rad/s^2] Largest change of the gyro between two samples that needs no confirmation by the
 next one: 1.2 rad/s each 10 ms, more if samples between them were lost. The fastest walks reach 1.1,
 pushes 0.8."""
+YAW = np.array((1.0, 1.0, 2.0))
+"""Times as much about each axis: the yaw rate of a T1 changes by 1.8 where a foot lands in a turn."""
 ROTATION_STEP_MAX = 4.0
 """[rad/s] Largest plausible change, which the next sample may confirm. A robot that falls reaches
 2.6."""
@@ -249,13 +251,18 @@ class CommandHistory:
         return None
 
     def positions_between(self, first: int, last: int) -> list[FloatArray]:
-        """The targets (n,) [rad] of stamps from `first` to `last` [ns]."""
+        """Where the joints (n,) [rad] should be from the stamp `first` to `last` [ns], by the load.
+
+        Without one, motors turn them as far as what they were commanded beyond the pose.
+        """
         found = []
         for targets in reversed(self._sent):
             if targets.stamp < first:
                 break
             if targets.stamp <= last:
                 found.append(targets.pose)
+                if targets.lead is not None:
+                    found.append(targets.position)
         return found
 
 
@@ -356,7 +363,8 @@ class SensorValidation:
         self._check_units(stamp, rate, acceleration, elapsed, upright=upright)
         if abs(elapsed) > LONGEST_GAP * 1e-9:
             self._gyro_steps.restart(None)
-        limit = min(max(ROTATION_STEP, ROTATION_ACCELERATION * elapsed), ROTATION_STEP_MAX)
+        step = max(ROTATION_STEP, ROTATION_ACCELERATION * elapsed)
+        limit = np.minimum(step * YAW, ROTATION_STEP_MAX)
         rate, replaced = self._gyro_steps.apply(measured, limit)
         if not len(replaced) or self._acceleration is None:
             self._acceleration = acceleration
@@ -365,7 +373,7 @@ class SensorValidation:
             axis = int(replaced[0])
             text = (
                 f"imu/data angular_velocity.{'xyz'[axis]}: got {measured[axis]:.3g} after "
-                f"{rate[axis]:.3g}; allowed: steps of {limit:.3g} rad/s; "
+                f"{rate[axis]:.3g}; allowed: steps of {limit[axis]:.3g} rad/s; "
                 "the last sample is used"
             )
             self._spike = replaced, measured, text
@@ -377,12 +385,12 @@ class SensorValidation:
             )
         return ImuSample(stamp, rate, acceleration)
 
-    def _settle_spike(self, measured: FloatArray, limit: float) -> None:
+    def _settle_spike(self, measured: FloatArray, limit: FloatArray) -> None:
         """Report values that were replaced, unless the next sample (3,) [rad/s] confirms them."""
         if self._spike is None:
             return
         (axes, spike, text), self._spike = self._spike, None
-        if np.abs(measured - spike)[axes].max() > limit:
+        if (np.abs(measured - spike) > limit)[axes].any():
             self._say.event(SENSORS, Level.WARN, "gyro spike", text)
 
     def _check_units(
