@@ -60,7 +60,7 @@ ROTATION_STEP, ROTATION_ACCELERATION = 1.2, 120.0
 next one: 1.2 rad/s each 10 ms, more if samples between them were lost. The fastest walks reach 1.1,
 pushes 0.8."""
 YAW = np.array((1.0, 1.0, 2.0))
-"""Times as much about each axis: the yaw rate of a T1 changes by 1.8 where a foot lands in a turn."""
+"""The same about each axis: the yaw rate of a T1 changes by 1.8 where a foot lands in a turn."""
 ROTATION_STEP_MAX = 4.0
 """[rad/s] Largest plausible change, which the next sample may confirm. A robot that falls reaches
 2.6."""

@@ -17,8 +17,9 @@ from nao_lipm_gait.runtime.motor_watch import (
     UNSETTLED,
     MotorWatch,
 )
+from nao_lipm_gait.runtime.validation import CommandHistory
 from robot_core.robot import load_robot
-from robot_core.types import FloatArray
+from robot_core.types import FloatArray, JointTargets
 
 ROBOT = load_robot()
 TOTAL, FAILS = 200, 120
@@ -115,6 +116,17 @@ def test_after_a_gap_the_joints_may_be_anywhere() -> None:
         ticks = 1 if more else BRIDGED + 1
         watch.update(off, IDLE, wanted[FAILS], around(wanted, FAILS), ticks)
     assert watch.trouble == ""
+
+
+def test_a_leg_that_hangs_goes_where_its_torque_leads_it() -> None:
+    """A soft motor turns its joint by what it is commanded beyond the pose, for a load."""
+    history, lead = CommandHistory(), np.full(len(STALL), 0.1)
+    history.add(JointTargets(0, ROBOT.stand_pose + lead, lead=lead))
+    history.add(JointTargets(10_000_000, ROBOT.stand_pose))
+    pose, loaded, unloaded = history.positions_between(0, 10_000_000)
+    np.testing.assert_allclose(pose, ROBOT.stand_pose)
+    np.testing.assert_allclose(loaded, ROBOT.stand_pose)
+    np.testing.assert_allclose(unloaded, ROBOT.stand_pose + lead)
 
 
 @pytest.mark.parametrize("seed", [1006, 1009, 1022])

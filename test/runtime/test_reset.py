@@ -108,7 +108,7 @@ def reset_and_stand(case: str, urdf: str, seed: int, engine: str) -> None:
     ("case", "urdf"),
     [
         ("falls", "nao_h21_v33"), ("has fallen", "bruno"), ("begins to get up", "nao_v6"),
-        ("kicks", "nao_h21_v33"),
+        ("kicks", "nao_h21_v33"), ("has fallen", "op3"),
     ],
 )  # fmt: skip
 def test_a_robot_that_is_put_back_stands_and_walks(case: str, urdf: str) -> None:

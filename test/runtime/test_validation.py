@@ -215,6 +215,13 @@ def test_a_spike_of_the_gyro_is_held():
     assert any("angular_velocity.x: got 3" in text for text in sensors.said())
 
 
+def test_a_foot_that_lands_in_a_turn_is_no_spike_of_the_gyro():
+    sensors = Sensors()
+    for rate in ((0.0, 0.0, 1.8), (0.0, 0.0, 3.6), (0.0, 0.0, 1.8)):
+        np.testing.assert_array_equal(sensors.imu(rate), rate)
+    assert sensors.said() == []
+
+
 def test_a_jump_of_the_gyro_that_the_next_sample_confirms_is_real():
     sensors = Sensors()
     jump = (0.0, 3.0, 0.0)
