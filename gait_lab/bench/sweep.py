@@ -243,10 +243,10 @@ class Sweep(Settings):
             base = options.parameters if change.preset is None else load_preset(change.preset)
             for trial in change.trials:
                 asked, key = self.trials[trial], (trial, change.preset)
+                suite = find(asked.suite)
                 if key not in before:
-                    before[key] = asked.values(find(asked.suite), options, base)
-                changed = base.replace(**change.set)
-                after = asked.values(find(asked.suite), options, changed)
+                    before[key] = asked.values(suite, options, base)
+                after = asked.values(suite, options, base.replace(**change.set))
                 for metric in asked.metrics:
                     if metric not in after:
                         raise NaoGaitError(

@@ -4,7 +4,7 @@ SensorFrame -> soles and CoM in the torso frame -> torso orientation -> measured
 -> odometry; and whether the robot falls, tips, or on which side it lies.
 """
 
-from math import acos, hypot, sin
+from math import atan2, hypot, sin
 
 from nao_lipm_gait.estimation.blocked import BlockedDetector
 from nao_lipm_gait.estimation.com_measurement import (
@@ -152,9 +152,8 @@ class StateEstimator:
             Whether it shows a robot that lies, and whether one that is upright and does not fall.
         """
         force, rate = as_point(frame.linear_acceleration), as_point(frame.angular_velocity)
-        size = hypot(*force)
-        off, turn = abs(size - GRAVITY), hypot(rate[0], rate[1])
-        tilt = acos(force[2] / size) if size > 0.0 else 0.0
+        off, turn = abs(hypot(*force) - GRAVITY), hypot(rate[0], rate[1])
+        tilt = atan2(hypot(force[0], force[1]), force[2])
         at_rest = off < REST_FORCE and turn < REST_RATE
         if at_rest:
             self.orientation.reset(force)

@@ -59,8 +59,8 @@ ROTATION_STEP, ROTATION_ACCELERATION = 1.2, 120.0
 """[rad/s, rad/s^2] Largest change of the gyro between two samples that needs no confirmation by the
 next one: 1.2 rad/s each 10 ms, more if samples between them were lost. The fastest walks reach 1.1,
 pushes 0.8."""
-YAW = np.array((1.0, 1.0, 2.0))
-"""The same about each axis: the yaw rate of a T1 changes by 1.8 where a foot lands in a turn."""
+ROTATION_AXES = np.array((1.0, 1.0, 2.0))
+"""Factors of both about x, y and z: in a turn a landing foot changes a T1's yaw rate by 1.8."""
 ROTATION_STEP_MAX = 4.0
 """[rad/s] Largest plausible change, which the next sample may confirm. A robot that falls reaches
 2.6."""
@@ -364,7 +364,7 @@ class SensorValidation:
         if abs(elapsed) > LONGEST_GAP * 1e-9:
             self._gyro_steps.restart(None)
         step = max(ROTATION_STEP, ROTATION_ACCELERATION * elapsed)
-        limit = np.minimum(step * YAW, ROTATION_STEP_MAX)
+        limit = np.minimum(step * ROTATION_AXES, ROTATION_STEP_MAX)
         rate, replaced = self._gyro_steps.apply(measured, limit)
         if not len(replaced) or self._acceleration is None:
             self._acceleration = acceleration

@@ -129,8 +129,7 @@ class Mind:
             near = Round(situation.ball, game.ball_distance, APART_FROM)
             walk = kept_apart(walk, [near], self._limits)
         kick = action.kick if walk.x > 0.0 else None  # who kicks while it steps back falls
-        beside = self._duel.lift_near
-        low = any(math.hypot(*each.position) < beside for each in world.obstacles)
+        low = any(math.hypot(*each.position) < self._duel.lift_near for each in world.obstacles)
         action = replace(
             action, walk=walk, head=_watching_way(action, situation), kick=kick,
             lift=self._duel.lift if low else 1.0,
