@@ -25,7 +25,6 @@ import gait_lab
 from gait_lab.bench import published
 from gait_lab.bench.figures import push_figure
 from gait_lab.bench.fingerprint import Fingerprint, fingerprints_of
-from gait_lab.bench.options import Options
 from gait_lab.bench.registry import Run, find_suite, plan
 from gait_lab.bench.rows import Cell, table_text
 from gait_lab.bench.sweep import Sweep, load_sweep, plain
@@ -105,7 +104,8 @@ class Measured:
     """A measured section.
 
     Attributes:
-        head: Commit, changes, command, quick, stale, fingerprints and duration.
+        head: Commit, changes, command, quick, stale, fingerprints, and the duration in seconds,
+            `took`, unless the run resumed an interrupted one.
         rows: Rows as in JSON.
     """
 
@@ -237,24 +237,27 @@ def measure(options: ResultsOptions, out: Callable[[str], None] = print) -> None
             out(f"{label}: finished before")
             continue
         out(f"{label}: {command}")
-        began = time.monotonic()
-        result = run.suite.run(_resumed(name, run, head))
+        kept = _kept_runs(name, run, head)
+        resumes, began = kept is not None and kept.exists(), time.monotonic()
+        result = run.suite.run(run.options if kept is None else run.options.but(resume=str(kept)))
         took = time.monotonic() - began
-        results[name] = Measured({**head, "took": round(took, 1)}, result.as_dicts())
+        if not resumes:  # else it is the time of the remaining runs alone
+            head["took"] = round(took, 1)
+        results[name] = Measured(head, result.as_dicts())
         save(options.file, results)
-        out(f"{result.text}\n{name}: took {took:.0f} s\n")
+        out(f"{result.text}\n{name}: {'resumed, ' * resumes}took {took:.0f} s\n")
     write_page(options.docs)
     out(f"wrote {options.file} and results.md")
 
 
-def _resumed(name: str, run: Run, head: Mapping[str, Any]) -> Options:
-    """The options of a run, with the file of its finished runs if it is a campaign."""
+def _kept_runs(name: str, run: Run, head: Mapping[str, Any]) -> Path | None:
+    """The file of a campaign's finished runs; None if it is none."""
     if "resume" not in run.suite.options:
-        return run.options
+        return None
     parts = (head["commit"], head["changes"], head["command"], head["fingerprints"])
     key = hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:12]
     KEPT.mkdir(parents=True, exist_ok=True)
-    return run.options.but(resume=str(KEPT / f"{name}-{key}.jsonl"))
+    return KEPT / f"{name}-{key}.jsonl"
 
 
 def load(file: Path) -> dict[str, Measured]:
@@ -320,12 +323,13 @@ INTRODUCTION = """\
 # Results
 
 Written by `nao_gait results` from [results.csv](results.csv), which holds every measured value
-({sections} sections, {rows} rows) with commit, command and seconds that it took. Earlier walk:
-measured before the walk last changed. Robots are individuals drawn from the plant
-([plants.md](plants.md)): 40 to 59, while the parameters were chosen on others; engine MuJoCo. A
-speed counts only without a fall, with flight of at most 5 %, slip of at most 3 cm/s and no contact
-of the legs. Paper: Graf and Röfer on a real NAO. placo: its open-loop walk on a similar plant, nine
-robots with stronger motors. NAO: the fastest walk measured on NAO hardware. {form}
+({sections} sections, {rows} rows) with commit, command and, if no interruption hides them, the
+seconds that it took. Earlier walk: measured before the walk last changed. Robots are individuals
+drawn from the plant ([plants.md](plants.md)): 40 to 59, while the parameters were chosen on others;
+engine MuJoCo. A speed counts only without a fall, with flight of at most 5 %, slip of at most 3
+cm/s and no contact of the legs. Paper: Graf and Röfer on a real NAO. placo: its open-loop walk on a
+similar plant, nine robots with stronger motors. NAO: the fastest walk measured on NAO hardware.
+{form}
 """
 
 

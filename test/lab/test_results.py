@@ -84,10 +84,11 @@ def test_fingerprints_are_compared_with_an_earlier_output(
 
 
 class Bench:
-    """Two sections whose suites only count how often they run."""
+    """Two sections whose suites only count how often they run; `two` can be resumed."""
 
     def __init__(self) -> None:
         self.ran: list[str] = []
+        self.kept: set[str] = set()
         self.code = CODE
         self.found = FOUND
 
@@ -96,10 +97,11 @@ class Bench:
 
         def measure(options: Options) -> Iterator[Row | str]:
             self.ran.append(name)
+            self.kept |= {options.resume} - {""}
             yield Row("", "speed", "cm/s", 40.04, 31.0)
             yield Row("", "nothing", "", None)
 
-        return Suite(name, name, name, measure, declared({}))
+        return Suite(name, name, name, measure, declared({"resume": ...} if name == "two" else {}))
 
 
 @pytest.fixture
@@ -146,6 +148,20 @@ def test_each_section_and_the_page_say_how_they_came_about(bench: Bench, tmp_pat
     assert f"Measured at commit {CODE.commit[:12]}" in page
     assert "| it | 40.0 |" in page
     assert page.index("## One") < page.index("nao_gait bench one") < page.index("## Two")
+
+
+def test_a_resumed_campaign_does_not_say_how_long_its_last_part_took(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(results, "KEPT", tmp_path / "kept")
+    run(tmp_path)
+    assert all("took" in each.head for each in results.load(tmp_path / "results.csv").values())
+    (tmp_path / "results.csv").unlink()
+    (key,) = bench.kept
+    Path(key).touch()
+    assert "two: resumed, took" in run(tmp_path)
+    measured = results.load(tmp_path / "results.csv")
+    assert ["took" in measured[name].head for name in ("one", "two")] == [True, False]
 
 
 def test_a_finished_section_is_not_run_again(bench: Bench, tmp_path: Path) -> None:
