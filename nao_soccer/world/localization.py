@@ -106,7 +106,7 @@ class Localization:
         self._good = self._bad = 0
         self._unseen, self._unseen_max = math.inf, settings.unseen
         self._lost = True
-        self._reference, self._slack = np.zeros(3), SAME_PLACE
+        self._follow(np.zeros(3))
         self.spread()
 
     # -- starts ------------------------------------------------------------------------------------
@@ -123,7 +123,7 @@ class Localization:
         low = -np.array((*self._field.half, math.pi))
         self._begin(self._random.uniform(low, -low, (self._count, 3)))
         self._odds, self._lost = 0.0, True
-        self._slack = math.inf, math.inf
+        self._slack, self._followed = (math.inf, math.inf), False
 
     def disturb(self, place: float, heading: float) -> None:
         """The robot was moved by at most `place` [m] in x and y and `heading` [rad].
@@ -138,15 +138,19 @@ class Localization:
         self._begin(here + self._random.uniform(-limit, limit, (self._count, 3)))
         self._reference = reference
         self._slack = math.hypot(a, place / math.sqrt(3.0)), math.hypot(b, heading / math.sqrt(3.0))
-        self._lost = True
+        self._lost, self._followed = True, False
 
     def _begin(self, particles: FloatArray) -> None:
         self.particles = particles
         self.weights = np.full(self._count, 1.0 / self._count)
-        self._reference, self._slack = _mean(particles, self.weights), SAME_PLACE
+        self._follow(_mean(particles, self.weights))
         self._good, self._bad, self._fast = 0, 0, self._usual
         self._lasting = LastingErrors()
         self._find_cluster()
+
+    def _follow(self, pose: FloatArray) -> None:
+        """Take a pose (3,) for the last valid one, which odometry carries on without a jump."""
+        self._reference, self._slack, self._followed = pose, SAME_PLACE, True
 
     # -- filter ------------------------------------------------------------------------------------
 
@@ -199,7 +203,7 @@ class Localization:
             self._odds = min(self._odds, max(0.0, math.log(same / other)))
             self._lost = False
         if not self._lost and self._good:
-            self._reference, self._slack = self._mean, SAME_PLACE
+            self._follow(self._mean)
 
     def _resample(self) -> None:
         """Systematic resampling; the drawn particles are moved a little (roughening)."""
@@ -310,7 +314,7 @@ class Localization:
         are at one place: the heaviest cluster may be anywhere before.
         """
         mean, covariance = self._mean, self._covariance + self._lasting.covariance
-        if self._lost and self._mass < ONE_PLACE and self._slack == SAME_PLACE:
+        if self._lost and self._mass < ONE_PLACE and self._followed:
             place, heading = self._slack
             mean, covariance = self._reference, np.diag((place**2, place**2, heading**2))
         if motion is not None:
