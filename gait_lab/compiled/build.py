@@ -65,7 +65,7 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
             ignored = shutil.ignore_patterns("__pycache__")
             shutil.copytree(SOURCE / package, library / package, ignore=ignored)
         for module in modules:
-            _fix_numbers(library / module)
+            _make_numbers_final(library / module)
         _run_mypyc(library, objects, "3" if optimise else "0", modules)
         for name in SHARED:
             (library / name).symlink_to(share(name).resolve())
@@ -75,11 +75,14 @@ def compile_gait(folder: Path, say: Callable[[str], None], *, optimise: bool = T
     say(f"to use this gait, set PYTHONPATH={folder}${{PYTHONPATH:+:$PYTHONPATH}}")
 
 
-def _fix_numbers(module: Path) -> None:
-    """Make a module's numbers final: machine code then holds them instead of looking them up."""
+def _make_numbers_final(module: Path) -> None:
+    """Declare a module's numbers `Final`, here and not in the source, which stays readable.
+
+    Machine code then holds them, instead of looking them up in each tick.
+    """
     source = module.read_text(encoding="utf-8")
-    fixed = NUMBER.sub(r"import typing; \1: typing.Final = \2", source)
-    module.write_text(fixed, encoding="utf-8")
+    final = NUMBER.sub(r"import typing; \1: typing.Final = \2", source)
+    module.write_text(final, encoding="utf-8")
 
 
 def _put(library: Path, folder: Path) -> None:

@@ -26,7 +26,7 @@ SILENT = 5.0
 """[s] A team mate that is silent for longer is not reported."""
 BALL_AGE = 3.0
 """[s] A team mate's ball is not used when it is older."""
-BALL_DRIFT = 0.3
+TOLD_DRIFT = 0.3
 """[m/s] Deviation by which a place that was told grows wrong."""
 TEAM_ERROR = 0.15
 """[m] Deviation of a told place besides its covariance."""
@@ -80,7 +80,7 @@ class TeamKnowledge:
             since = max(0.0, (now - mate.stamp) * 1e-9)
             age = mate.ball.age + since
             if age <= BALL_AGE:
-                growth = TEAM_ERROR**2 + (BALL_DRIFT * age) ** 2
+                growth = TEAM_ERROR**2 + (TOLD_DRIFT * age) ** 2
                 covariance = matrix(mate.ball.covariance) + growth * np.eye(2)
                 found.append((mate, np.array(mate.ball.position), covariance, age))
         return found
@@ -147,7 +147,7 @@ def half_by_robots(own: PoseEstimate, mate: TeamMate, seen: list[TeamRobot]) -> 
             [
                 _log_fit(
                     np.array(each.position) - side * np.array(place),
-                    (spread + TEAM_ERROR**2 + (BALL_DRIFT * each.age) ** 2) * np.eye(2),
+                    (spread + TEAM_ERROR**2 + (TOLD_DRIFT * each.age) ** 2) * np.eye(2),
                 )
                 for each in robots
             ]
