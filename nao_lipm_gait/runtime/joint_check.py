@@ -2,6 +2,11 @@
 
 Each reading is compared with its own target, and with what it would be if something were wrong: a
 sign, a unit, a scale, a zero, a name, a joint that is stuck. A wrong command shows the same.
+
+Exchanged names are looked for in two ways. `_explained` compares any two joints over `WINDOW`, but
+exchanged knees have felled a T1 by then. `_exchanged` sees a joint and its image in the other leg
+within `PAIR_WINDOW`, because loads that move both leave their difference as it is; two joints of
+one leg have no such difference.
 """
 
 import numpy as np

@@ -86,6 +86,7 @@ WRONG: dict[str, Distortion] = {
     "zero off by 0.3": changed(ROBOT, ("RAnkleRoll",), lambda q: q + 0.35),
     "does not move": changed(ROBOT, ("LKneePitch",), lambda q: 0.0 * q + 0.4),
     "KneePitch?; also": exchanged(ROBOT, ("LKneePitch", "RKneePitch")),
+    "exchanged with L": exchanged(ROBOT, ("LKneePitch", "LAnklePitch")),
 }
 
 
