@@ -181,9 +181,6 @@ class GaitParameters(Settings):
                 kind = _of_walk(values.get("walk", _DEFAULT_WALK), where)
             return kind.checked(values, where, partial=partial)
         for key, value in values.items():
-            if key in REMOVED:
-                allowed = "nothing: this parameter was removed, see CHANGELOG.md"
-                raise NaoGaitError(schema.join(where, key), value, allowed)
             if key in BY_NAME and key not in _names(cls):
                 walks = [walk for walk in WALKS if key in _names(_of_walk(walk))]
                 allowed = f"only with walk: {' or '.join(walks)}"
@@ -229,12 +226,6 @@ def _table() -> dict[str, schema.Field]:
 BY_NAME: Mapping[str, schema.Field] = _table()
 """The parameters of all walk engines."""
 PARAMETERS: tuple[schema.Field, ...] = tuple(BY_NAME.values())
-
-REMOVED = frozenset((
-    "gyro_pitch_rate_gain", "gyro_roll_rate_gain", "gyro_hip_share", "gyro_waist_share",
-    "gyro_shoulder_share", "tilt_stance_time",
-))  # fmt: skip
-"""Parameters of earlier versions, for an answer that says so."""
 
 NEEDS_RESET = ("walk", "feedback_delay")
 """Parameters that a gait reads only when it restarts; they cannot change while it walks."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gait_lab import cli
-from nao_lipm_gait.parameters import PARAMETERS, REMOVED, GaitParameters, load_preset
+from nao_lipm_gait.parameters import PARAMETERS, GaitParameters, load_preset
 from nao_lipm_gait.walk_engines import WALKS
 from nao_lipm_gait.walks.lipm.parameters import EXTENSIONS_OFF
 from robot_core.errors import NaoGaitError
@@ -34,13 +34,6 @@ def test_every_parameter_is_documented_and_checked(parameter: Field) -> None:
             having[0].replace(**{parameter.name: value})
         assert refused.value.field == parameter.name
         assert refused.value.allowed == parameter.allowed
-
-
-def test_a_removed_parameter_is_named() -> None:
-    for name in REMOVED:
-        assert not any(hasattr(p, name) for p in ENGINES.values())
-        with pytest.raises(NaoGaitError, match=f"mine: {name}: got 0.1; .* removed, see CHANGELOG"):
-            GaitParameters.from_mapping({name: 0.1}, "mine: ")
 
 
 @pytest.mark.parametrize("walk", WALKS)
