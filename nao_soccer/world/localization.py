@@ -106,7 +106,7 @@ class Localization:
         self._good = self._bad = 0
         self._unseen, self._unseen_max = math.inf, settings.unseen
         self._lost = True
-        self._follow(np.zeros(3))
+        self._reference: FloatArray
         self.spread()
 
     # -- starts ------------------------------------------------------------------------------------
