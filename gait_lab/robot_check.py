@@ -200,5 +200,3 @@ def check(file: str, out: Path | None, say: Callable[[str], None]) -> None:
             f"motor of {stand.joint}", f"{stand.available:.3g} N m",
             f"at least {stand.torque:.3g} N m, which the stand pose needs",
         )  # fmt: skip
-
-

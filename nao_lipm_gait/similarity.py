@@ -290,5 +290,3 @@ def fitted(
 def _inside(name: str, value: float) -> float:
     field = BY_NAME[name]
     return float(np.clip(value, field.minimum, field.maximum))
-
-

@@ -203,4 +203,3 @@ class Simulation(AbstractContextManager["Simulation"]):
 
 def _undisturbed(world: World, tick: Tick) -> None:
     """Pushes come from the caller, between two steps."""
-

@@ -9,10 +9,10 @@ from gait_lab.bench.options import Options
 
 WIDTH = 100
 """Columns of a terminal at which notes are wrapped."""
+COLUMNS = 9
+"""Most columns of a table on a terminal."""
 Cell = str | float | None
 """A cell of a table; None and NaN, where nothing was measured, are shown as `-`."""
-
-
 TRUTH, HEADS = "bool", {"counts": "valid speed"}
 """Unit of what is shown as yes or no; quantities with another name in tables."""
 
@@ -166,5 +166,3 @@ def _narrow(heads: list[str], lines: list[list[Cell]]) -> tuple[list[str], list[
     return ["", *columns], [
         [head, *(line[place] for line in lines)] for place, head in enumerate(heads) if place
     ]
-COLUMNS = 9
-"""Most columns of a table on a terminal."""

@@ -113,5 +113,3 @@ def _speeds(analysis: Analysis, store: ArrayStore) -> dict[str, Any] | None:
         "time": store.add(analysis.walk.seconds(command.stamp)),
         "value": store.add(command.value.reshape(-1)),
     }
-
-

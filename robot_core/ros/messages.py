@@ -17,13 +17,10 @@ from robot_core.types import FloatArray, Pose2
 ODOM = "odom"
 
 
-
 BASE_FOOTPRINT = "base_footprint"
 
 
-
 _NANOSECONDS = 1_000_000_000
-
 
 
 def with_prefix(prefix: str, message: Any) -> Any:
@@ -43,12 +40,10 @@ def stamp_in(header: Header, topic: str) -> int:
     return stamp_of(header.stamp.sec, header.stamp.nanosec, f"{topic} header.stamp")
 
 
-
 def to_time(stamp: int) -> Time:
     """A stamp [ns] as a message."""
     sec, nanosec = divmod(stamp, _NANOSECONDS)
     return Time(sec=sec, nanosec=nanosec)
-
 
 
 def set_planar(place: Any, turn: Any, pose: Pose2) -> None:
@@ -69,13 +64,11 @@ def temperature_messages(
     return messages
 
 
-
 def to_doubles(values: FloatArray) -> array:
     """A float64 array in the type that ROS messages take without checking each element."""
     doubles = array("d")
     doubles.frombytes(values.tobytes())
     return doubles
-
 
 
 def diagnostic_array(
@@ -106,4 +99,3 @@ def diagnostic_array(
         for report in reports
     ]
     return array
-

@@ -295,4 +295,3 @@ def _truth(
         )
         for camera in cameras
     }
-

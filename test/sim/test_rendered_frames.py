@@ -119,4 +119,3 @@ def test_unknown_names_are_refused() -> None:
     for spec in (RenderSpec(robot="green1"), RenderSpec(cameras=("camera_left",), settings=SMALL)):
         with pytest.raises(NaoGaitError, match=r"green1|camera_left"):
             frames_of(spec)
-
