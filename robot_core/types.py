@@ -156,6 +156,12 @@ class PoseCovariance(NamedTuple):
     y_yaw: float = 0.0
     yaw: float = 0.0
 
+    @property
+    def matrix(self) -> FloatArray:
+        """The covariance as a symmetric array (3, 3)."""
+        xx, xy, yy, x_yaw, y_yaw, yaw = self
+        return np.array(((xx, xy, x_yaw), (xy, yy, y_yaw), (x_yaw, y_yaw, yaw)))
+
 
 class GaitStatus(NamedTuple):
     """The state of the gait after a tick, for topics, bags and figures.

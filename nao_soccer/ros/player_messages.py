@@ -97,11 +97,8 @@ def pose(stamp: int, own: PoseEstimate) -> PoseWithCovarianceStamped:
     message = PoseWithCovarianceStamped()
     message.header.stamp, message.header.frame_id = to_time(stamp), FIELD
     message.pose.pose = _planar(own.pose)
-    c = own.covariance
     covariance = np.zeros((6, 6))
-    covariance[np.ix_((0, 1, 5), (0, 1, 5))] = (
-        (c.xx, c.xy, c.x_yaw), (c.xy, c.yy, c.y_yaw), (c.x_yaw, c.y_yaw, c.yaw),
-    )  # fmt: skip
+    covariance[np.ix_((0, 1, 5), (0, 1, 5))] = own.covariance.matrix
     message.pose.covariance = covariance.ravel()
     return message
 

@@ -165,10 +165,8 @@ def _information(distance: FloatArray, bearing: FloatArray) -> FloatArray:
 
 def turned(own: PoseEstimate) -> FloatArray:
     """(3, 3) covariance of a pose in its own axes."""
-    c, yaw = own.covariance, own.pose[2]
-    full = np.array(((c.xx, c.xy, c.x_yaw), (c.xy, c.yy, c.y_yaw), (c.x_yaw, c.y_yaw, c.yaw)))
-    turn = np.array(rotation_from_rpy(0.0, 0.0, -yaw))
-    result: FloatArray = turn @ full @ turn.T + 1e-9 * np.eye(3)
+    turn = np.array(rotation_from_rpy(0.0, 0.0, -own.pose[2]))
+    result: FloatArray = turn @ own.covariance.matrix @ turn.T + 1e-9 * np.eye(3)
     return result
 
 

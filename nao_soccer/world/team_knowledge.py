@@ -174,10 +174,8 @@ def in_field(
     px, py, _ = compose(own.pose, (*position, 0.0))
     c, s = math.cos(yaw), math.sin(yaw)
     turn = np.array(((c, -s), (s, c)))
-    p = own.covariance
-    pose = np.array(((p.xx, p.xy, p.x_yaw), (p.xy, p.yy, p.y_yaw), (p.x_yaw, p.y_yaw, p.yaw)))
     by_pose = np.array(((1.0, 0.0, y - py), (0.0, 1.0, px - x)))
-    total = turn @ matrix(covariance) @ turn.T + by_pose @ pose @ by_pose.T
+    total = turn @ matrix(covariance) @ turn.T + by_pose @ own.covariance.matrix @ by_pose.T
     return BallEstimate(
         position,
         velocity,

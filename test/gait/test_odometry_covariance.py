@@ -31,8 +31,7 @@ def test_the_covariance_is_that_of_many_walks_whose_heading_drifts() -> None:
     x = np.sum(-dy * before + way[:, :, 0], axis=1)
     y = np.sum(dx * before + way[:, :, 1], axis=1)
     scatter = np.cov(np.stack([x, y, heading[:, -1]]))
-    xx, xy, yy, x_yaw, y_yaw, yaw = covariance.pose
-    found = [[xx, xy, x_yaw], [xy, yy, y_yaw], [x_yaw, y_yaw, yaw]]
+    found = covariance.pose.matrix
     assert found == pytest.approx(scatter, rel=0.05, abs=2e-4)
 
 
@@ -40,8 +39,7 @@ def test_it_stays_a_covariance_when_an_earlier_error_is_found() -> None:
     covariance = OdometryCovariance()
     for number, pose in enumerate(path()):
         covariance.step(pose, 0.01 * (number % 7))
-        xx, xy, yy, x_yaw, y_yaw, yaw = covariance.pose
-        matrix = [[xx, xy, x_yaw], [xy, yy, y_yaw], [x_yaw, y_yaw, yaw]]
+        matrix = covariance.pose.matrix
         assert np.linalg.eigvalsh(matrix)[0] > -1e-12
 
 
