@@ -13,6 +13,7 @@ from enum import StrEnum
 import attrs
 import numpy as np
 
+from robot_core.geometry import planar_rotation
 from robot_core.schema import Choice, Sequence, Settings, field, number
 from robot_core.types import FloatArray, Point2, Point3, Pose2
 
@@ -300,7 +301,5 @@ def faults(field: Field, goals: Goals | None) -> Iterable[tuple[str, float, str]
 
 def seen_from(pose: Pose2, places: FloatArray) -> FloatArray:
     """Places (n, 2) [m] of the field in a frame at a pose [m, rad], such as base_footprint."""
-    x, y, yaw = pose
-    c, s = math.cos(yaw), math.sin(yaw)
-    result: FloatArray = (places - (x, y)) @ np.array(((c, -s), (s, c)))
+    result: FloatArray = (places - pose[:2]) @ planar_rotation(pose[2])
     return result

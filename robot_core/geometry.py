@@ -1,4 +1,4 @@
-"""Points, vectors, rotations and planar poses in plain floats.
+"""Points, vectors, rotations and planar poses in plain floats; rows of points and angles in arrays.
 
 A tick works with single points and vectors. For these, Python floats are several times faster than
 small numpy arrays.
@@ -11,7 +11,7 @@ Conventions, everywhere in the project:
 - roll, pitch, yaw [rad], in this order: R = Rz(yaw) Ry(pitch) Rx(roll).
 """
 
-from math import atan2, cos, sin, sqrt
+from math import atan2, cos, sin, sqrt, tau
 from typing import Any
 
 import numpy as np
@@ -45,6 +45,24 @@ def as_rotation(matrix: FloatArray) -> Rotation:
     """A rotation matrix (3, 3) as rows of floats."""
     (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
     return (a, b, c), (d, e, f), (g, h, i)
+
+
+def wrapped(angles: FloatArray) -> FloatArray:
+    """The same directions [rad], from -pi to pi."""
+    result: FloatArray = angles - tau * np.rint(angles / tau)
+    return result
+
+
+def rotate_each(x: FloatArray, y: FloatArray, yaw: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Vectors x, y (n,), each rotated by its yaw [rad], (n,) or one for all."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    return c * x - s * y, s * x + c * y
+
+
+def planar_rotation(yaw: float) -> FloatArray:
+    """The matrix (2, 2) that rotates by yaw [rad]."""
+    c, s = cos(yaw), sin(yaw)
+    return np.array(((c, -s), (s, c)))
 
 
 # -- planar poses ----------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ import numpy as np
 from gait_lab.analysis.body import BodyTrack, footprint_of
 from gait_lab.analysis.recorded_walk import RecordedWalk
 from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind
+from robot_core.geometry import rotate_each
 from robot_core.types import FloatArray
 from sim_bridge.scene import parse_scene
 from sim_bridge.trials.trace import IntArray
@@ -129,9 +130,8 @@ def nearest_rows(known: IntArray, values: FloatArray, stamps: IntArray) -> Float
 
 def _in_world(position: FloatArray, footprint: FloatArray) -> FloatArray:
     """(m, 2) places in base_footprint (m, 2) as places in world."""
-    (x, y, yaw), (ahead, left) = footprint.T, position.T
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.column_stack((x + cos * ahead - sin * left, y + sin * ahead + cos * left))
+    turned = rotate_each(position[:, 0], position[:, 1], footprint[:, 2])
+    return footprint[:, :2] + np.column_stack(turned)
 
 
 def _truths(walk: RecordedWalk, name: str, stamps: IntArray) -> FloatArray:

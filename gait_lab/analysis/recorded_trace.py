@@ -1,6 +1,7 @@
 """Support phases, steps and the `Trace` of a recorded walk."""
 
 import itertools
+import math
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from gait_lab.analysis.body import BodyTrack, yaw_of_pose
 from gait_lab.analysis.recorded_walk import RecordedWalk, Table, read_walk
-from robot_core.geometry import relative
+from robot_core.geometry import planar_rotation, relative, rotate_each
 from robot_core.types import FloatArray, Pose2
 from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT, SUPPORT_CODES, IntArray, Trace
 
@@ -157,8 +158,7 @@ def _q_in_odom(walk: RecordedWalk, stamp: int, until: int) -> Pose2 | None:
         return None
     a, b = in_q - in_q.mean(axis=0), in_odom - in_odom.mean(axis=0)
     yaw = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
-    c, s = np.cos(yaw), np.sin(yaw)
-    x, y = in_odom.mean(axis=0) - np.array([[c, -s], [s, c]]) @ in_q.mean(axis=0)
+    x, y = in_odom.mean(axis=0) - planar_rotation(yaw) @ in_q.mean(axis=0)
     return float(x), float(y), yaw
 
 
@@ -188,7 +188,7 @@ def find_steps(walk: RecordedWalk, phases: tuple[SupportPhase, ...]) -> tuple[St
         size = None
         if phase.q_in_odom is not None and following.q_in_odom is not None:
             size = relative(following.q_in_odom, phase.q_in_odom)
-            size = (size[0], size[1], (size[2] + np.pi) % (2 * np.pi) - np.pi)
+            size = (size[0], size[1], math.remainder(size[2], math.tau))
         steps.append(
             Step(float(walk.seconds(phase.stamp)), phase.support, phase.duration, size)
         )
@@ -300,11 +300,10 @@ def _torso_from_odometry(odometry: Table) -> FloatArray:
     yaw = np.unwrap(yaw)
     seconds = odometry.stamp * 1e-9
     vx, vy = np.gradient(x, seconds), np.gradient(y, seconds)
-    c, s = np.cos(yaw), np.sin(yaw)
     rows = np.zeros((len(odometry), 10))
     rows[:, 0], rows[:, 1], rows[:, 2] = x, y, np.nan
     rows[:, 5], rows[:, 6] = np.sin(0.5 * yaw), np.cos(0.5 * yaw)
-    rows[:, 7], rows[:, 8] = c * vx + s * vy, c * vy - s * vx
+    rows[:, 7], rows[:, 8] = rotate_each(vx, vy, -yaw)
     return rows
 
 

@@ -10,6 +10,7 @@ from gait_lab.analysis.body import BodyTrack
 from gait_lab.analysis.recorded_percepts import footprints_at, nearest_rows
 from gait_lab.analysis.recorded_walk import RecordedWalk
 from robot_core.field import SIDES, TEAMS
+from robot_core.geometry import wrapped
 from robot_core.types import FloatArray
 from sim_bridge.scene import parse_scene
 from sim_bridge.trials.trace import IntArray
@@ -56,7 +57,7 @@ def find_world(walk: RecordedWalk, body: BodyTrack | None) -> RecordedWorld | No
     return RecordedWorld(
         own.stamp,
         np.hypot(*(place - truth[:, :2]).T),
-        np.abs(np.remainder(turn + math.pi, math.tau) - math.pi),
+        np.abs(wrapped(turn)),
         own.value[:, 3],
         own.value[:, 4],
         _valid_at(walk),

@@ -16,7 +16,7 @@ from gait_lab.bench.pushes import DIRECTIONS
 from nao_lipm_gait.walks.lipm.parameters import LipmParameters
 from nao_lipm_gait.walks.steps import home_sole
 from robot_core.errors import NaoGaitError
-from robot_core.geometry import compose
+from robot_core.geometry import compose, planar_rotation
 from robot_core.types import LEFT, RIGHT, Pose2
 from sim_bridge.trials.metrics import measure
 from sim_bridge.trials.rollout import RolloutSpec, make_pair, rollout, task_ticks
@@ -94,9 +94,7 @@ def _draw_origins(options: Options, panel: Any) -> None:
 
 def _placed(points: Any, pose: Pose2) -> Any:
     """(n, 2) points of a frame with this pose."""
-    x, y, yaw = pose
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.asarray(points) @ np.array(((c, s), (-s, c))) + (x, y)
+    return np.asarray(points) @ planar_rotation(pose[2]).T + pose[:2]
 
 
 def _draw_com_y(options: Options, push: Push | None, panel: Any) -> None:

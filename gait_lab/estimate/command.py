@@ -12,11 +12,11 @@ from gait_lab.estimate.estimator import (
     Estimate,
     by_legs_alone,
     estimate,
-    planar,
     roll_and_pitch,
 )
 from gait_lab.estimate.recorded_body import RecordedBody
 from gait_lab.estimate.sensor_log import Reference, SensorLog, load_log
+from robot_core.geometry import planar_rotation
 from robot_core.types import FloatArray
 
 
@@ -46,7 +46,7 @@ def truth_of(reference: Reference | None, body: RecordedBody) -> Truth | None:
         position = position - rotation @ link.translation
     yaw = np.unwrap(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))
     moved = position - position[0]
-    moved[:, :2] = moved[:, :2] @ planar(-yaw[0]).T
+    moved[:, :2] = moved[:, :2] @ planar_rotation(-yaw[0]).T
     return Truth(rotation[:, 2, :], moved, yaw - yaw[0])
 
 

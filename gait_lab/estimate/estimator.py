@@ -20,7 +20,7 @@ from nao_lipm_gait.estimation.state_estimator import ACCELEROMETER_TIME
 from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
 from nao_lipm_gait.estimation.yaw_slip import YawOverSole, YawSlipFromYawGyro
 from nao_lipm_gait.whole_body.body_model import SolePose
-from robot_core.geometry import compose
+from robot_core.geometry import compose, planar_rotation
 from robot_core.types import GRAVITY, LEFT, RIGHT, FloatArray, Point3
 
 STANCE_TIME = 0.1
@@ -196,17 +196,11 @@ def _from_the_first(
     share: FloatArray, quiet_time: float, yaw_by_gyro: bool,
 ) -> Estimate:  # fmt: skip
     """Everything in the world that begins under the base."""
-    turn = planar(-yaw[0])
+    turn = planar_rotation(-yaw[0])
     origin = position[0, :2].copy()
     for points in (position, com):
         points[:, :2] = (points[:, :2] - origin) @ turn.T
     return Estimate(vertical, position, yaw - yaw[0], com, share, quiet_time, yaw_by_gyro)
-
-
-def planar(angle: float) -> FloatArray:
-    """(2, 2) rotation by an angle [rad]."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s], [s, c]])
 
 
 def roll_and_pitch(up: FloatArray) -> FloatArray:

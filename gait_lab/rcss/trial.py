@@ -11,6 +11,7 @@ from rcss_bridge.body import CYCLE
 from rcss_bridge.client import Client
 from rcss_bridge.codec import torso_truth
 from robot_core.errors import NaoGaitError
+from robot_core.geometry import rotate_each
 from robot_core.types import STAND, STANDSTILL, FloatArray, Pose2, VelocityCommand
 from sim_bridge.trials.tasks import AXES, Task
 
@@ -160,12 +161,10 @@ def _stands(client: Client, agent: Agent, limit: float, begun: Callable[[], bool
 def _mean_velocity(places: FloatArray, yaws: FloatArray) -> tuple[float, float, float]:
     """Forward, left and turn of places (n, 2) [m] and headings (n,) [rad], one each cycle."""
     dx, dy = np.diff(places, axis=0).T
-    heading = 0.5 * (yaws[1:] + yaws[:-1])
-    c, s = np.cos(heading), np.sin(heading)
+    ahead, aside = rotate_each(dx, dy, -0.5 * (yaws[1:] + yaws[:-1]))
     seconds = CYCLE * len(dx)
-    ahead, aside = np.sum(c * dx + s * dy), np.sum(c * dy - s * dx)
     return (
-        float(ahead) / seconds,
-        float(aside) / seconds,
+        float(np.sum(ahead)) / seconds,
+        float(np.sum(aside)) / seconds,
         float(yaws[-1] - yaws[0]) / seconds,
     )

@@ -26,6 +26,7 @@ from gait_lab.report.signals import (
     find_timing,
     motor_use,
 )
+from robot_core.geometry import wrapped
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray, VelocityCommand
 from sim_bridge.trials.metrics import Metrics, fall_tick, measure
@@ -212,7 +213,7 @@ class Paths:
         if not len(self.truth):
             return np.empty((0, 3))
         difference = self.odometry - self.truth
-        difference[:, 2] = (difference[:, 2] + np.pi) % (2 * np.pi) - np.pi
+        difference[:, 2] = wrapped(difference[:, 2])
         return difference
 
 

@@ -8,6 +8,7 @@ from gait_lab.analysis.body import BodyTrack, follow_body, shapes_of, yaw_of_pos
 from gait_lab.analysis.recorded_trace import SupportPhase
 from gait_lab.report.analysis import Analysis
 from gait_lab.report.plot import ArrayStore
+from robot_core.geometry import compose
 from robot_core.types import FloatArray
 from sim_bridge.trials.trace import DOUBLE, LEFT
 
@@ -70,12 +71,10 @@ def _prints(analysis: Analysis) -> list[dict[str, Any]]:
         pose = _standing(analysis, phase)
         if pose is None:
             continue
-        x, y, yaw = pose
         begin = float(analysis.walk.seconds(phase.stamp))
         end = float(analysis.walk.seconds(phase.end))
         points = origins[phase.support]
         inside = points[(points[:, 0] >= begin) & (points[:, 0] < end)]
-        c, s = np.cos(yaw), np.sin(yaw)
         prints.append(
             {
                 "t": round(begin, 3),
@@ -83,8 +82,8 @@ def _prints(analysis: Analysis) -> list[dict[str, Any]]:
                 "left": phase.support == LEFT,
                 "pose": [round(value, 4) for value in pose],
                 "origins": [
-                    [round(float(value), 4) for value in (t, x + c * a - s * b, y + s * a + c * b)]
-                    for t, a, b in inside
+                    [round(value, 4) for value in (t, *compose(pose, (x, y, 0.0))[:2])]
+                    for t, x, y in inside.tolist()
                 ],
             }
         )

@@ -23,6 +23,7 @@ from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Box, Kind, Percept, Pe
 from nao_soccer.vision.visible_ground import visible_ground
 from nao_soccer.world.field_map import FieldMap
 from robot_core.field import Field, Goals, seen_from
+from robot_core.geometry import wrapped
 from robot_core.robot.camera import CameraView
 from robot_core.types import FloatArray, Point2, Pose2
 
@@ -305,7 +306,7 @@ def _hidden(near: FloatArray, hiding: FloatArray) -> NDArray[np.bool_]:
     for x, y in hiding.tolist():
         away = math.hypot(x, y)
         bearing = bearings - math.atan2(y, x)
-        beside = np.abs(np.remainder(bearing + math.pi, math.tau) - math.pi)
+        beside = np.abs(wrapped(bearing))
         hidden |= (distance > away + HIDES) & (beside < math.atan2(HIDES, away))
     return hidden
 

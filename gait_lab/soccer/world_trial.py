@@ -30,7 +30,14 @@ from nao_soccer.world.looking import Looking
 from nao_soccer.world.model import WorldModel
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import HeadMode, TeamBall, TeamMate, WorldState
-from robot_core.geometry import as_point, compose, relative, rotate_planar, rotation_from_rpy
+from robot_core.geometry import (
+    as_point,
+    compose,
+    relative,
+    rotate_planar,
+    rotation_from_rpy,
+    wrapped,
+)
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.robot.camera import CameraModel, CameraView
 from robot_core.types import FloatArray, Pose2
@@ -119,14 +126,14 @@ class WorldTrace:
     def heading_error(self) -> FloatArray:
         """(n,) [rad], not negative."""
         turn = self.pose[:, 2] - self.truth[:, 2]
-        return np.abs(np.remainder(turn + math.pi, math.tau) - math.pi)
+        return np.abs(wrapped(turn))
 
     @property
     def in_wrong_half(self) -> NDArray[np.bool_]:
         """(n,) The mirror pose of the estimate is right, not the estimate."""
         mirror = self.pose * (-1.0, -1.0, 1.0) + (0.0, 0.0, math.pi)
         away = np.hypot(*(mirror - self.truth)[:, :2].T)
-        turn = np.abs(np.remainder(mirror[:, 2] - self.truth[:, 2] + math.pi, math.tau) - math.pi)
+        turn = np.abs(wrapped(mirror[:, 2] - self.truth[:, 2]))
         return (away < 0.7) & (turn < 0.7) & (self.place_error + self.heading_error > 1.4)
 
 

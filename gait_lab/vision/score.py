@@ -10,6 +10,7 @@ import numpy as np
 from gait_lab.vision.expected import Expected, View
 from nao_soccer.vision.image_geometry import ImageGeometry
 from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind, Percept, Percepts
+from robot_core.geometry import wrapped
 from robot_core.robot.camera import CameraPose
 from robot_core.types import FloatArray, Point2
 from sim_bridge.trials.rendered_frames import FrameTruth
@@ -298,11 +299,10 @@ def own_line_errors(
     across = radial > 0.7 * np.hypot(*off.T)
     depression = np.arctan2(height, reach) - np.arctan2(height, line_reach)
     bearing = np.arctan2(true[:, 1], true[:, 0]) - np.arctan2(on_line[:, 1], on_line[:, 0])
-    bearing = np.remainder(bearing + math.pi, math.tau) - math.pi
     return LinePoint(
         np.maximum(reach, 1e-3),
         np.where(across, depression, math.nan),
-        np.where(across, math.nan, bearing),
+        np.where(across, math.nan, wrapped(bearing)),
         np.hypot(*(points - on_line).T),
     )
 

@@ -16,7 +16,7 @@ from nao_soccer.world.likelihood import Evidence, log_likelihood, poses_from
 from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import PoseEstimate
-from robot_core.geometry import compose
+from robot_core.geometry import compose, wrapped
 from robot_core.types import FloatArray, Pose2, PoseCovariance
 
 RESAMPLE_BELOW = 0.5
@@ -247,7 +247,7 @@ class Localization:
         """(n,) squared deviations from the last valid pose."""
         place, heading = self._slack
         dx, dy = poses[:, 0] - self._reference[0], poses[:, 1] - self._reference[1]
-        turn = _wrapped(poses[:, 2] - self._reference[2])
+        turn = wrapped(poses[:, 2] - self._reference[2])
         result: FloatArray = (dx * dx + dy * dy) / place**2 + (turn / heading) ** 2
         return result
 
@@ -272,14 +272,14 @@ class Localization:
         drawn = (np.arange(CENTRES) + 0.5) / CENTRES
         middle = p[np.searchsorted(np.cumsum(w), drawn).clip(0, self._count - 1)]
         dx, dy = middle[:, 0:1] - p[:, 0], middle[:, 1:2] - p[:, 1]
-        turn = _wrapped(middle[:, 2:3] - p[:, 2])
+        turn = wrapped(middle[:, 2:3] - p[:, 2])
         near = (dx * dx + dy * dy) / place**2 + (turn / heading) ** 2 < 1.0
         inside = near[int(np.argmax(near @ w))]
         mass = 0.0
         for _ in range(3):
             mean = _mean(p[inside], w[inside])
             dx, dy = p[:, 0] - mean[0], p[:, 1] - mean[1]
-            turn = _wrapped(p[:, 2] - mean[2])
+            turn = wrapped(p[:, 2] - mean[2])
             inside = (dx * dx + dy * dy) / place**2 + (turn / heading) ** 2 < 4.0
             mass = float(w[inside].sum())
         error = np.column_stack((dx, dy, turn))[inside]
@@ -364,12 +364,6 @@ def _mean(poses: FloatArray, weights: FloatArray) -> FloatArray:
     share = weights / weights.sum()
     yaw = math.atan2(share @ np.sin(poses[:, 2]), share @ np.cos(poses[:, 2]))
     return np.array((share @ poses[:, 0], share @ poses[:, 1], yaw))
-
-
-def _wrapped(angle: FloatArray) -> FloatArray:
-    """[rad] in (-pi, pi]."""
-    result: FloatArray = angle - math.tau * np.rint(angle / math.tau)
-    return result
 
 
 def _pose(values: FloatArray) -> Pose2:

@@ -38,7 +38,7 @@ from nao_soccer.world.team_knowledge import (
     with_told,
 )
 from robot_core.errors import NaoGaitError
-from robot_core.geometry import compose, relative
+from robot_core.geometry import compose, planar_rotation, relative
 from robot_core.types import Point2, Pose2
 
 AHEAD_MAX = 500_000_000
@@ -321,8 +321,7 @@ class WorldModel:
 
 def carried(percepts: Percepts, offset: Pose2) -> Percepts:
     """Percepts in base_footprint after a motion; what they show is taken as at rest."""
-    c, s = math.cos(offset[2]), math.sin(offset[2])
-    back = np.array(((c, s), (-s, c)))
+    back = planar_rotation(-offset[2])
 
     def place(position: Point2) -> Point2:
         x, y, _ = relative((*position, 0.0), offset)

@@ -6,6 +6,7 @@ import numpy as np
 
 from nao_soccer.vision.percepts import Covariance2
 from nao_soccer.world.odometry import Displacement
+from robot_core.geometry import planar_rotation
 from robot_core.types import FloatArray, Point2
 
 
@@ -27,9 +28,8 @@ class PlanarTrack:
         """Express the track in base_footprint after a motion of the robot, with its noise."""
         dx, dy, turn = motion.offset
         c, s = math.cos(turn), math.sin(turn)
-        back = np.array(((c, s), (-s, c)))
         full = np.zeros((4, 4))
-        full[:2, :2] = full[2:, 2:] = back
+        full[:2, :2] = full[2:, 2:] = planar_rotation(-turn)
         x, y, vx, vy = (full @ (self.mean - (dx, dy, 0.0, 0.0))).tolist()
         self.mean = np.array((x, y, vx, vy))
         # p' = R'(p - d): an error of d moves p' by -R', one of the turn about the robot.

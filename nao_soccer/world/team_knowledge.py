@@ -19,7 +19,7 @@ from nao_soccer.world.state import (
     TeamMate,
     TeamRobot,
 )
-from robot_core.geometry import compose, relative, rotate_planar
+from robot_core.geometry import compose, planar_rotation, relative, rotate_planar
 from robot_core.types import FloatArray, Point2
 
 SILENT = 5.0
@@ -172,8 +172,7 @@ def in_field(
     """A ball in base_footprint, and in `field` by the own pose and its covariance."""
     x, y, yaw = own.pose
     px, py, _ = compose(own.pose, (*position, 0.0))
-    c, s = math.cos(yaw), math.sin(yaw)
-    turn = np.array(((c, -s), (s, c)))
+    turn = planar_rotation(yaw)
     by_pose = np.array(((1.0, 0.0, y - py), (0.0, 1.0, px - x)))
     total = turn @ matrix(covariance) @ turn.T + by_pose @ own.covariance.matrix @ by_pose.T
     return BallEstimate(
@@ -201,8 +200,7 @@ def _from_field(
 ) -> BallEstimate:
     """A ball of which only team mates know."""
     x, y, yaw = own.pose
-    c, s = math.cos(yaw), math.sin(yaw)
-    back = np.array(((c, s), (-s, c)))
+    back = planar_rotation(-yaw)
     p = own.covariance
     position = back @ (place - (x, y))
     # An error of the own heading moves the ball about the robot.

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robot_core.errors import NaoGaitError
+from robot_core.geometry import rotate_each
 from sim_bridge.ball import SHOE_HEIGHT
 from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT, BoolArray, FloatArray, IntArray, Trace
 
@@ -121,12 +122,7 @@ def velocity_in_heading(quaternion: FloatArray, velocity: FloatArray) -> FloatAr
     axis, w = quaternion[:, :3], quaternion[:, 3:]
     cross = np.cross(axis, velocity)
     in_world = velocity + 2.0 * (w * cross + np.cross(axis, cross))
-    yaw = yaw_of(quaternion)
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.stack(
-        (cos * in_world[:, 0] + sin * in_world[:, 1], cos * in_world[:, 1] - sin * in_world[:, 0]),
-        axis=1,
-    )
+    return np.stack(rotate_each(in_world[:, 0], in_world[:, 1], -yaw_of(quaternion)), axis=1)
 
 
 def turn_rate(stamp: IntArray, quaternion: FloatArray) -> float:
@@ -226,9 +222,8 @@ def true_com_in_q(trace: Trace) -> FloatArray:
         offset = trace.com[at] - trace.sole_position[at, side]
         sole = trace.support_sole_in_q[ticks]
         turn = sole[:, 2] - trace.sole_yaw[at, side]
-        cos, sin = np.cos(turn), np.sin(turn)
-        result[ticks, 0] = sole[:, 0] + cos * offset[:, 0] - sin * offset[:, 1]
-        result[ticks, 1] = sole[:, 1] + sin * offset[:, 0] + cos * offset[:, 1]
+        x, y = rotate_each(offset[:, 0], offset[:, 1], turn)
+        result[ticks, 0], result[ticks, 1] = sole[:, 0] + x, sole[:, 1] + y
         result[ticks, 2] = offset[:, 2]
     return result
 

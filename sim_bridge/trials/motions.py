@@ -1,6 +1,5 @@
 """Motions in a trial: requested while the robot walks, watched, with a ball for each kick."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -8,6 +7,7 @@ import numpy as np
 
 from nao_lipm_gait.gait import Gait
 from robot_core.errors import NaoGaitError
+from robot_core.geometry import rotate_planar
 from robot_core.motion.library import shipped_library
 from robot_core.types import FloatArray, GaitState
 from sim_bridge.ball import Ball
@@ -24,8 +24,7 @@ def spot_in_world(truth: GroundTruth, x: float, y: float) -> FloatArray:
     """(2,) [m] in the world: x ahead, y left [m] of the middle between the soles of a robot."""
     heading = float(yaw_of(truth.torso_quaternion))
     middle = 0.5 * (truth.soles[0].position + truth.soles[1].position)[:2]
-    cos, sin = math.cos(heading), math.sin(heading)
-    return np.asarray(middle + np.array((cos * x - sin * y, sin * x + cos * y)))
+    return np.asarray(middle + rotate_planar(x, y, heading))
 
 
 @dataclass(frozen=True, slots=True)

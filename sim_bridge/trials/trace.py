@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_core.errors import NaoGaitError
+from robot_core.geometry import relative, rotate_each
 from robot_core.types import GaitStatus, VelocityCommand
 from sim_bridge.robot import GroundTruth
 
@@ -199,16 +200,12 @@ def _support_sole_in_q(status: GaitStatus) -> tuple[float, float, float]:
     if status.support == "double":
         return UNKNOWN
     sole = status.left_sole_in_odom if status.support == "left" else status.right_sole_in_odom
-    qx, qy, q_yaw = status.q_in_odom
-    dx, dy = sole[0] - qx, sole[1] - qy
-    cos, sin = math.cos(q_yaw), math.sin(q_yaw)
-    return cos * dx + sin * dy, cos * dy - sin * dx, sole[5] - q_yaw
+    return relative((sole[0], sole[1], sole[5]), status.q_in_odom)
 
 
 def from_start(pose: FloatArray) -> FloatArray:
     """Poses (t, 3) x, y [m], yaw [rad] in the frame of the first one."""
     if not len(pose):
         return pose
-    dx, dy = pose[:, 0] - pose[0, 0], pose[:, 1] - pose[0, 1]
-    c, s = np.cos(pose[0, 2]), np.sin(pose[0, 2])
-    return np.column_stack([c * dx + s * dy, c * dy - s * dx, pose[:, 2] - pose[0, 2]])
+    dx, dy, turn = (pose - pose[0]).T
+    return np.column_stack([*rotate_each(dx, dy, -pose[0, 2]), turn])

@@ -22,6 +22,7 @@ from gait_lab.soccer.world_trial import (
     turned_after,
 )
 from nao_soccer.world.state import HeadMode
+from robot_core.geometry import wrapped
 from robot_core.types import FloatArray
 
 SETTLED = 2.0
@@ -167,7 +168,7 @@ def pose_scores(traces: Sequence[WorldTrace]) -> Scores:
 def pose_deviation(trace: WorldTrace) -> FloatArray:
     """(n,) squared deviations of the truth from the estimate, by its covariance."""
     error = trace.pose - trace.truth
-    error[:, 2] = np.remainder(error[:, 2] + math.pi, math.tau) - math.pi
+    error[:, 2] = wrapped(error[:, 2])
     xx, xy, yy, xt, yt, tt = trace.covariance.T
     full = np.stack((np.stack((xx, xy, xt)), np.stack((xy, yy, yt)), np.stack((xt, yt, tt))))
     solved = np.linalg.solve(full.transpose(2, 0, 1), error[:, :, None])[:, :, 0]
