@@ -7,7 +7,7 @@ import numpy as np
 from lola_bridge.codec import JOINTS
 from robot_core.errors import NaoGaitError
 from robot_core.motion.keyframes import Posture
-from robot_core.motion.library import library_of
+from robot_core.motion.library import shipped_library
 from robot_core.robot import RobotDescription
 from robot_core.types import FloatArray
 
@@ -76,7 +76,7 @@ def sitting_pose(robot: RobotDescription) -> FloatArray:
     Raises:
         NaoGaitError: The robot has none.
     """
-    motion = library_of(robot).between(Posture.STANDING, Posture.SITTING)
+    motion = shipped_library(robot).between(Posture.STANDING, Posture.SITTING)
     pose = None if motion is None else motion.keyframes[-1].position
     if pose is None:
         raise NaoGaitError(f"robot {robot.name}: motions", "none that sits down", "one")

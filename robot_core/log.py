@@ -41,12 +41,10 @@ class _Burst:
 
 
 class Throttle:
-    """Shows the first messages of a key, then fewer and fewer of them while they continue.
+    """Shows the first messages of a key, then fewer and fewer of them while they continue."""
 
-    Args:
-        period: Time [s] after the first message until the next reminder; it grows with each.
-    """
-
+    PERIOD = 2.0
+    """[s] after the first message until the next reminder; it grows with each."""
     GROWTH = 5.0
     LONGEST = 1000.0
     QUIET = 10.0
@@ -59,8 +57,7 @@ class Throttle:
     MANY = 5
     """Messages held back, from which on their end is worth a line."""
 
-    def __init__(self, period: float = 2.0) -> None:
-        self._period = period
+    def __init__(self) -> None:
         self._bursts: dict[str, _Burst] = {}
 
     def allow(self, key: str, now: float, burst: int = 1) -> int | None:
@@ -78,11 +75,11 @@ class Throttle:
         if found is None or now - found.last > self.FORGET:
             if len(self._bursts) >= _KEYS_MAX:
                 self._bursts.clear()  # keys come from outside: never grow without bound
-            self._bursts[key] = _Burst(now, self._period, 1)
+            self._bursts[key] = _Burst(now, self.PERIOD, 1)
             return 0
         held_back, quiet = found.held_back, now - found.last > self.QUIET
         if quiet and found.number < self.BURSTS:
-            self._bursts[key] = _Burst(now, self._period, found.number + 1)
+            self._bursts[key] = _Burst(now, self.PERIOD, found.number + 1)
             return held_back
         if quiet or not found.count:
             found.first, found.count = now, 0

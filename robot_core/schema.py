@@ -669,9 +669,9 @@ def choice(
     return field(kind, kind.result(words[0]) if default is None else default, meaning, section)
 
 
-def text(default: Any = REQUIRED, meaning: str = "", *, section: str = "") -> Any:
+def text(default: Any = REQUIRED, meaning: str = "") -> Any:
     """A field that holds a text. Empty is accepted only if the default is empty."""
-    return field(Text(empty=default == ""), default, meaning, section)
+    return field(Text(empty=default == ""), default, meaning)
 
 
 def group(settings: type[Settings], default: Any = REQUIRED, meaning: str = "") -> Any:

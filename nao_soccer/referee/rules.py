@@ -36,6 +36,8 @@ COLOR_CODES = {"red": 1, "blue": 0}
 """Colour of each team in messages."""
 TOUCH = 0.28
 """[m] between the middles of a ball and the robot that is said to have moved it."""
+ROOM = 0.25
+"""[m] between a robot and a ball that is put down."""
 TOUCH_SPEED = 0.15
 """[m/s] by which a touch changes the velocity of the ball; one that only rolls past a robot loses
 0.03 m/s between two looks."""
@@ -544,14 +546,14 @@ class Referee:
         self._ball.velocity = (0.0, 0.0)
 
 
-def free_place(place: Point2, robots: Sequence[Point2], room: float = 0.25) -> Point2:
-    """The place, or the nearest one towards the centre that is `room` [m] away from all robots."""
+def free_place(place: Point2, robots: Sequence[Point2]) -> Point2:
+    """The place, or the nearest one towards the centre that is `ROOM` away from all robots."""
     x, y = place
     for step in range(20):
         share = 1.0 - 0.05 * step
         # The centre itself has no way to the centre: beside it, along y.
         tried = (x * share, y * share if place != (0.0, 0.0) else 0.05 * step)
-        if all(math.dist(tried, robot) > room for robot in robots):
+        if all(math.dist(tried, robot) > ROOM for robot in robots):
             return tried
     return place
 

@@ -17,21 +17,21 @@ _COLORS = {
 _LINE, _BOUNDARY, _CROSSING = (255, 0, 0), (255, 160, 0), (0, 0, 255)
 _TEXT = 0.35
 """Height of the font, of OpenCV's."""
+_SCALE = 2
+"""Enlargement of the image."""
 
 
-def draw_debug_image(
-    frame: Frame, percepts: Percepts, scale: int = 2, image: Image | None = None
-) -> Image:
-    """The image (scale height, scale width, 3), red, green, blue, with all percepts.
+def draw_debug_image(frame: Frame, percepts: Percepts, image: Image | None = None) -> Image:
+    """The image (2 height, 2 width, 3), red, green, blue, with all percepts.
 
     `image` is what is drawn on; None = the balanced image of the frame.
     """
     picture = frame.image if image is None else image
-    picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_NEAREST)
+    picture = cv2.resize(picture, None, fx=_SCALE, fy=_SCALE, interpolation=cv2.INTER_NEAREST)
     geometry = frame.geometry
 
     def at(pixel: np.ndarray) -> tuple[int, int]:
-        u, v = np.clip((pixel + 0.5) * scale, -9999, 9999)
+        u, v = np.clip((pixel + 0.5) * _SCALE, -9999, 9999)
         return int(u), int(v)
 
     def label(text: str, pixel: np.ndarray, color: tuple[int, int, int]) -> None:
@@ -63,7 +63,7 @@ def draw_debug_image(
             color = _COLORS[each.kind]
             corners = np.array(((each.box.left, each.box.top), (each.box.right, each.box.bottom)))
             if each.kind is Kind.BALL:
-                radius = int(0.5 * (each.box.right - each.box.left) * scale)
+                radius = int(0.5 * (each.box.right - each.box.left) * _SCALE)
                 cv2.circle(picture, at(corners.mean(axis=0)), radius + 2, color, 2, cv2.LINE_AA)
             else:
                 cv2.rectangle(picture, at(corners[0]), at(corners[1]), color, 1)

@@ -24,14 +24,14 @@ def lines(diagnostics: Diagnostics) -> list[str]:
 
 
 def test_of_messages_that_continue_fewer_and_fewer_are_shown() -> None:
-    throttle = Throttle(period=2.0)
+    throttle = Throttle()
     shown = [t for t in range(1800) if throttle.allow("a", float(t)) is not None]
     assert shown[:3] == [0, 2, 12]
     assert len(shown) < 10
 
 
 def test_the_ones_that_are_held_back_are_counted() -> None:
-    throttle = Throttle(period=2.0)
+    throttle = Throttle()
     assert throttle.allow("a", 0.0) == 0
     assert throttle.allow("a", 0.5) is None
     assert throttle.allow("b", 0.5) == 0, "another key"
@@ -63,7 +63,7 @@ def test_what_comes_back_for_hours_does_not_fill_the_log(every: float) -> None:
 
 
 def test_throttle_lets_a_burst_through() -> None:
-    throttle = Throttle(period=2.0)
+    throttle = Throttle()
     assert [throttle.allow("a", 0.1 * i, burst=3) for i in range(5)] == [0, 0, 0, None, None]
     assert throttle.allow("a", 2.0, burst=3) == 2
 
