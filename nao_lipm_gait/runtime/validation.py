@@ -159,25 +159,22 @@ class StepFilter:
     Args:
         confirmable: A larger change counts as soon as two samples in a row agree on it, up to this
             one; 0 for none.
+
+    Attributes:
+        kept: (n,) The last values that were not replaced; None before the first.
     """
 
     def __init__(self, confirmable: float = 0.0) -> None:
         self._confirmable = confirmable
         self._last: FloatArray | None = None
         self._measured: FloatArray | None = None
-        self._kept: FloatArray | None = None
-        """(n,) The last values that were not replaced."""
+        self.kept: FloatArray | None = None
         self._replaced: FloatArray = np.zeros(0, dtype=int)
         """(n,) Samples in a row for which each value was replaced."""
 
-    @property
-    def kept(self) -> FloatArray | None:
-        """(n,) The last values that were not replaced."""
-        return self._kept
-
     def restart(self, values: FloatArray | None) -> None:
         """Forget the past; continue from `values` (n,), or from the next sample if None."""
-        self._last = self._measured = self._kept = values
+        self._last = self._measured = self.kept = values
         if values is not None:
             self._replaced = np.zeros(values.shape, dtype=int)
 
@@ -201,14 +198,14 @@ class StepFilter:
             return values, np.zeros(0, dtype=int)
         before, self._measured = self._measured, values
         implausible = np.abs(values - last) > step
-        if substitute is not None and implausible.any() and self._kept is not None:
+        if substitute is not None and implausible.any() and self.kept is not None:
             # A substitute may be far from the truth: a few samples may return to before it.
-            returned = np.abs(values - self._kept) <= step
+            returned = np.abs(values - self.kept) <= step
             implausible &= ~(returned & (self._replaced <= SPIKE_SAMPLES))
         if not implausible.any():
             if self._replaced.any():
                 self._replaced[:] = 0
-            self._last = self._kept = values
+            self._last = self.kept = values
             return values, np.zeros(0, dtype=int)
         replace = implausible
         if substitute is None:
@@ -219,7 +216,7 @@ class StepFilter:
         self._replaced = np.where(replace, self._replaced + 1, 0)
         filtered = np.where(replace, last if substitute is None else substitute, values)
         self._last = filtered
-        self._kept = values if self._kept is None else np.where(replace, self._kept, values)
+        self.kept = values if self.kept is None else np.where(replace, self.kept, values)
         return filtered, np.flatnonzero(replace)
 
 
