@@ -175,6 +175,16 @@ def median(values: Iterable[float]) -> float | None:
     return float(statistics.median(found)) if found else None
 
 
+def standard_error(values: Sequence[float]) -> float:
+    """Of the mean; 0 for a single value."""
+    return statistics.stdev(values) / math.sqrt(len(values)) if len(values) > 1 else 0.0
+
+
+def root_mean_square(values: Iterable[float]) -> float:
+    """Of one value or more."""
+    return math.sqrt(statistics.fmean(value * value for value in values))
+
+
 def percent(values: Iterable[float]) -> float | None:
     """The share of values that are true, or the mean of shares [%]; None without values."""
     found = list(values)

@@ -2,7 +2,7 @@
 
 import math
 import statistics
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +11,7 @@ from gait_lab.bench.options import Option, Options
 from gait_lab.bench.policies import NAMES, POLICIES, policies
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
-from gait_lab.bench.walks import median
+from gait_lab.bench.walks import median, standard_error
 from gait_lab.soccer.match import RESTS
 from gait_lab.soccer.pitch import Pitch, PitchSpec, with_robots
 from nao_soccer.behavior.duel import DuelSettings
@@ -137,7 +137,7 @@ def duel(options: Options) -> Iterator[Row | str]:
     yield from rows_of(
         "duel",
         ("gain", "m", statistics.fmean(gains)),
-        ("gain_deviation", "m", _error(gains)),
+        ("gain_deviation", "m", standard_error(gains)),
         ("way", "m/min", 60.0 * sum(each.way for each in results) / seconds),
         ("rest", "%", 100.0 * sum(each.rest * each.seconds for each in results) / seconds),
         ("free_median", "s",
@@ -153,8 +153,3 @@ def duel(options: Options) -> Iterator[Row | str]:
         "with the ball slower than 0.03 m/s. free: until the ball is 1 m from its start; else the "
         "whole time."
     )
-
-
-def _error(values: Sequence[float]) -> float:
-    """Standard error of the mean."""
-    return statistics.stdev(values) / math.sqrt(len(values)) if len(values) > 1 else 0.0

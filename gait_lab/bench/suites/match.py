@@ -1,6 +1,5 @@
 """The suite `match`: matches of two teams in one process, with percepts by the model."""
 
-import math
 import statistics
 from collections.abc import Iterator
 
@@ -8,7 +7,7 @@ from gait_lab.bench.options import Option, Options
 from gait_lab.bench.policies import NAMES, POLICIES, policies
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
-from gait_lab.bench.walks import median, percent
+from gait_lab.bench.walks import median, percent, standard_error
 from gait_lab.soccer.match import MatchResult, MatchSpec, play_match
 
 SILENCE_FROM = 25.0
@@ -85,14 +84,13 @@ def matches(options: Options) -> Iterator[Row | str]:
         ]  # fmt: skip
         yield Row("", "policy_points", "%", 100.0 * statistics.fmean(points))
     more = [each.score["blue"] - each.score["red"] for each in results]
-    spread = statistics.stdev(more) / math.sqrt(len(more)) if len(more) > 1 else 0.0
     yield (
         f"Goals of blue minus those of red: {statistics.fmean(more):.2f} a match, standard error "
-        f"{spread:.2f}. kicks: motions of a standing robot; strokes: of dribbling robots. own "
-        "goals: a defender touched the ball last; wrong half: and took its own goal for the "
-        "opponents'. one striker: share of the playing time in which a team has exactly one; "
-        "conflict: longest time with two. ball rest: share of the play with the ball slower than "
-        "0.03 m/s. duel: robots of both teams within 0.5 m of the ball for 1 s or more."
+        f"{standard_error(more):.2f}. kicks: motions of a standing robot; strokes: of dribbling "
+        "robots. own goals: a defender touched the ball last; wrong half: and took its own goal "
+        "for the opponents'. one striker: share of the playing time in which a team has exactly "
+        "one; conflict: longest time with two. ball rest: share of the play with the ball slower "
+        "than 0.03 m/s. duel: robots of both teams within 0.5 m of the ball for 1 s or more."
     )
 
 

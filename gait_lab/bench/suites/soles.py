@@ -7,6 +7,7 @@ from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row
 from gait_lab.bench.suite import suite
 from gait_lab.bench.suites.peers import is_nao
+from gait_lab.bench.walks import root_mean_square
 from robot_core.types import VelocityCommand
 from sim_bridge.trials.calibration import Levelled, SoleTilt, levelling
 from sim_bridge.trials.tasks import STAND_TIME, find_task
@@ -53,12 +54,9 @@ def soles(options: Options) -> Iterator[Row | str]:
         subject = "sole" if index == 0 else f"{name.replace('=', '_')}_sole"
         upright = [pair for pair in robots if not pair[1].fallen]
         for axis in SoleTilt._fields:
-            for index, moment in enumerate(("before", "after")):
-                tilts = [math.degrees(getattr(pair[index].left, axis)) for pair in upright]
-                if not tilts:
-                    continue
-                rms = math.sqrt(sum(tilt * tilt for tilt in tilts) / len(tilts))
-                yield Row(subject, f"{axis}_rms_{moment}", "deg", rms)
+            for place, moment in enumerate(("before", "after") if upright else ()):
+                tilts = [math.degrees(getattr(pair[place].left, axis)) for pair in upright]
+                yield Row(subject, f"{axis}_rms_{moment}", "deg", root_mean_square(tilts))
                 yield Row(subject, f"{axis}_worst_{moment}", "deg", max(map(abs, tilts)))
         yield Row(subject, "upright", "robots", len(upright))
     yield (

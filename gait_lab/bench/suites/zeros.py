@@ -9,6 +9,7 @@ from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row
 from gait_lab.bench.suite import suite
 from gait_lab.bench.suites.peers import is_nao
+from gait_lab.bench.walks import root_mean_square
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration
 from nao_lipm_gait.estimation.joint_zeros import judged_joints, wrong_zeros
 from robot_core.errors import NaoGaitError
@@ -144,8 +145,7 @@ def zeros(options: Options) -> Iterator[Row | str]:
             yield Row(subject, quantity, "%", 100.0 * share)
         errors = [outcome.error for _, outcome in tried if not math.isnan(outcome.error)]
         if errors:
-            rms = math.sqrt(sum(error * error for error in errors) / len(errors))
-            yield Row(subject, "error_rms", "deg", math.degrees(rms))
+            yield Row(subject, "error_rms", "deg", math.degrees(root_mean_square(errors)))
         walks = [outcome.walks for _, outcome in tried if outcome.walks is not None]
         if not walks:
             continue
