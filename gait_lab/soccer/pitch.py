@@ -192,44 +192,45 @@ class Pitch(AbstractContextManager["Pitch"]):
         self._teams = [robot.team for robot in scene.robots]
         self._poses: list[Pose2] = [robot.pose for robot in scene.robots]
         self._seen = [OtherRobot(ROBOT_OF[robot.team], robot.pose[:2]) for robot in scene.robots]
-        on_field = VisionSettings(
+        self._vision = VisionSettings(
             field=self.field, goals=self.goals, poles=scene.poles, ball_radius=ball.radius
         )
-        errors = load_percept_errors()
         self._processes: list[EyesProcess] = []
         if rendered and eyes:
             from gait_lab.soccer import eyes_process
 
-            drawn = eyes_process.EyesSpec(scene, plant, engine, 100 * first, on_field)
+            drawn = eyes_process.EyesSpec(scene, plant, engine, 100 * first, self._vision)
             self._processes = [eyes_process.EyesProcess(drawn) for _ in range(eyes)]
         self.players = []
         self._starts: list[tuple[Identity, RobotDescription, WorldSettings, Pose2]] = []
         for index, (robot, gait) in enumerate(
             zip(scene.robots, make_gaits(self.world), strict=True)
         ):
-            description = self.world.robots[index].description
             number = 1000 * first + index
-            sees: Eyes
-            if self._processes:
-                from gait_lab.soccer.eyes_process import RemoteEyes
-
-                process = self._processes[index % len(self._processes)]
-                sees = RemoteEyes(process, self.world, index, gait)
-            elif rendered:
-                # OpenCV is an extra, which the percept model does not need.
-                from gait_lab.soccer.rendered_eyes import RenderedEyes
-
-                deliver = partial(self.channels.image, index)
-                sees = RenderedEyes(self.world.robots[index], gait, on_field, deliver)
-            else:
-                sees = ModelEyes(description, robot.team, self.field, self.goals, errors, number)
-            sees = self.channels.eyes(index, sees)
-            settings = WorldSettings.on(on_field, number)
+            sees = self.channels.eyes(index, self._eyes_of(index, gait, number, rendered=rendered))
+            settings = WorldSettings.on(self._vision, number)
             who = identity_of(robot, scene, waits=False) if identity is None else identity(robot)
+            description = self.world.robots[index].description
             start = who, description, settings, in_field(robot.pose, robot.team)
             self._starts.append(start)
             player = Player(*start, duel=(duel or {}).get(robot.team))
             self.players.append(RobotPlayer(self, index, player, sees, gait))
+
+    def _eyes_of(self, index: int, gait: Gait, number: int, *, rendered: bool) -> Eyes:
+        """What gives the robot with an index its percepts; `number` seeds the model's errors."""
+        robot = self.world.robots[index]
+        if self._processes:
+            from gait_lab.soccer.eyes_process import RemoteEyes
+
+            process = self._processes[index % len(self._processes)]
+            return RemoteEyes(process, self.world, index, gait)
+        if rendered:
+            # OpenCV is an extra, which the percept model does not need.
+            from gait_lab.soccer.rendered_eyes import RenderedEyes
+
+            return RenderedEyes(robot, gait, self._vision, partial(self.channels.image, index))
+        team, errors = self._teams[index], load_percept_errors()
+        return ModelEyes(robot.description, team, self.field, self.goals, errors, number)
 
     def restart_player(self, index: int, kind: Callable[..., Player] = Player) -> None:
         """Start the process of a player anew; `kind` makes it of the arguments of `Player`."""

@@ -167,16 +167,6 @@ class _Watcher:
         nodes: NodeProcesses,
         show: Callable[[Snapshot, float], None],
     ) -> None:
-        from diagnostic_msgs.msg import DiagnosticArray
-        from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
-        from nav_msgs.msg import Odometry
-        from rclpy.qos import qos_profile_sensor_data
-        from rosgraph_msgs.msg import Clock
-        from sensor_msgs.msg import JointState
-        from std_msgs.msg import String
-
-        from robot_core.ros.topics import LATCHED
-
         self._spec = spec
         self._stop = stop
         self._nodes = nodes
@@ -197,7 +187,19 @@ class _Watcher:
         self._poses: dict[str, bytes] = {}
         self._joints: dict[str, bytes] = {}
         self._expected = Rules(half=60.0 * spec.minutes).duration
-        sensors = qos_profile_sensor_data
+        self._subscribe(node)
+
+    def _subscribe(self, node: "Node") -> None:
+        """Write nearly all topics of the match to the bag, and read what the replay shows."""
+        from diagnostic_msgs.msg import DiagnosticArray
+        from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
+        from nav_msgs.msg import Odometry
+        from rclpy.qos import qos_profile_sensor_data as sensors
+        from rosgraph_msgs.msg import Clock
+        from sensor_msgs.msg import JointState
+        from std_msgs.msg import String
+
+        from robot_core.ros.topics import LATCHED
 
         def subscribe(
             kind: Any, topic: str, take: Callable[[Any], None], qos: Any = 10
@@ -209,7 +211,8 @@ class _Watcher:
 
         def keep(kind: Any, topic: str, take: Callable[[bytes], None], qos: Any = 10) -> None:
             package = kind.__module__.split(".")[0]
-            writer.add_topic(f"/{topic}", f"{package}/msg/{kind.__name__}", latched=qos is LATCHED)
+            name = f"{package}/msg/{kind.__name__}"
+            self._writer.add_topic(f"/{topic}", name, latched=qos is LATCHED)
             receive = partial(self._on_message, f"/{topic}", take)
             node.create_subscription(kind, topic, receive, qos, raw=True)
 
