@@ -17,8 +17,8 @@ from nao_soccer.ros.vision_messages import (
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from nao_soccer.world.state import BallEstimate, PoseEstimate
 from robot_core.errors import NaoGaitError
-from robot_core.geometry import ORIGIN, compose, relative, yaw_of_quaternion
-from robot_core.ros.messages import BASE_FOOTPRINT, set_planar, stamp_in, to_time
+from robot_core.geometry import ORIGIN, compose, relative
+from robot_core.ros.messages import BASE_FOOTPRINT, planar_of, set_planar, stamp_in, to_time
 from robot_core.types import FloatArray, Pose2
 
 FIELD = "field"
@@ -31,8 +31,8 @@ POINTS_MAX = 5000
 
 def odometry(message: Odometry) -> tuple[int, Pose2]:
     """Stamp [ns] and pose of base_footprint in odom."""
-    at, q = message.pose.pose.position, message.pose.pose.orientation
-    return stamp_in(message.header, "odom"), (at.x, at.y, yaw_of_quaternion(q.x, q.y, q.z, q.w))
+    at = message.pose.pose
+    return stamp_in(message.header, "odom"), planar_of(at.position, at.orientation)
 
 
 def percepts(message: PointCloud2) -> Percepts:

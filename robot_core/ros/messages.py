@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import Header
 
+from robot_core.geometry import yaw_of_quaternion
 from robot_core.log import Report
 from robot_core.message_checks import stamp_of
 from robot_core.types import FloatArray, Pose2
@@ -50,6 +51,11 @@ def set_planar(place: Any, turn: Any, pose: Pose2) -> None:
     """Set a position or translation, and an orientation or rotation, to a planar pose."""
     place.x, place.y, yaw = pose
     turn.z, turn.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+
+
+def planar_of(place: Any, turn: Any) -> Pose2:
+    """The planar pose of a position or translation, and an orientation or rotation."""
+    return place.x, place.y, yaw_of_quaternion(turn.x, turn.y, turn.z, turn.w)
 
 
 def temperature_messages(

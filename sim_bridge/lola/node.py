@@ -15,7 +15,6 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
 from lola_bridge.codec import LolaCommand, encode_sensors
-from robot_core.command_input import read_push
 from robot_core.log import Level, Report
 from robot_core.robot import load_robot
 from robot_core.ros.messages import diagnostic_array
@@ -31,7 +30,7 @@ from sim_bridge.lola.body import LolaBody
 from sim_bridge.lola.server import LolaSocket
 from sim_bridge.plant import load_plant
 from sim_bridge.ros import parameters
-from sim_bridge.ros.messages import TruthWriter
+from sim_bridge.ros.messages import TruthWriter, push_of
 from sim_bridge.ros.stepping import Pacer
 from sim_bridge.world import World
 
@@ -188,11 +187,7 @@ class LolaServerNode(Node):
     # -- inputs ------------------------------------------------------------------------------------
 
     def _on_push(self, message: WrenchStamped) -> None:
-        force, torque = message.wrench.force, message.wrench.torque
-        push = read_push(
-            (force.x, force.y, force.z), (torque.x, torque.y, torque.z), message.header.frame_id
-        )
-        self._world.robot.push(push, PUSH_DURATION)
+        self._world.robot.push(push_of(message), PUSH_DURATION)
 
     def _on_reset(self, _request: Any, response: Trigger.Response) -> Trigger.Response:
         self._world.reset()

@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState, Imu, JointState
 
+from robot_core.command_input import read_push
 from robot_core.robot import RobotDescription
 from robot_core.ros.messages import to_doubles, to_time
 from robot_core.types import FloatArray
@@ -128,6 +129,14 @@ class TruthWriter(WorldWriter):
     def com(self, truth: GroundTruth) -> PointStamped:
         """`ground_truth/com`."""
         return self.point(truth.stamp, truth.com)
+
+
+def push_of(message: WrenchStamped) -> FloatArray:
+    """The force (3,) [N] of `push`, in the world; NaoGaitError if it is not usable."""
+    force, torque = message.wrench.force, message.wrench.torque
+    return read_push(
+        (force.x, force.y, force.z), (torque.x, torque.y, torque.z), message.header.frame_id
+    )
 
 
 def _fill(vector: Vector3, values: FloatArray) -> None:

@@ -17,9 +17,9 @@ from std_srvs.srv import Trigger
 
 from robot_core.errors import NaoGaitError
 from robot_core.field import BallPlace
-from robot_core.geometry import yaw_of_quaternion
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.ros.lockstep import UNTIL, LockstepPartners
+from robot_core.ros.messages import planar_of
 from robot_core.ros.parameters import (
     declare,
     load_from,
@@ -279,8 +279,7 @@ class BridgeNode(Node):
         frame = message.header.frame_id
         if frame not in ("", "world"):
             raise NaoGaitError("put_robot header.frame_id", frame, "world, or empty")
-        place, q = message.pose.position, message.pose.orientation
-        pose = place.x, place.y, yaw_of_quaternion(q.x, q.y, q.z, q.w)
+        pose = planar_of(message.pose.position, message.pose.orientation)
         if not all(math.isfinite(each) and abs(each) <= MAX_PLACE for each in pose):
             allowed = f"numbers from -{MAX_PLACE:g} to {MAX_PLACE:g}"
             raise NaoGaitError("put_robot pose", pose, allowed)

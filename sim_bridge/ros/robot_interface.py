@@ -7,13 +7,13 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 from std_msgs.msg import String
 
-from robot_core.command_input import CommandInput, read_push
+from robot_core.command_input import CommandInput
 from robot_core.errors import NaoGaitError
 from robot_core.ros.messages import stamp_in, temperature_messages
 from robot_core.ros.topics import LATCHED, MOTORS, RELIABLE, Inputs, publisher
 from sim_bridge.robot import Reading, SimulatedRobot
 from sim_bridge.ros.camera_topics import CameraTopics
-from sim_bridge.ros.messages import ReadingWriter, TruthWriter, battery_state
+from sim_bridge.ros.messages import ReadingWriter, TruthWriter, battery_state, push_of
 
 HEAT_PERIOD = 1_000_000_000
 """[ns] between two messages about battery and temperatures."""
@@ -165,8 +165,4 @@ class RobotInterface:
             self._inputs.warn("limits", warning)
 
     def _on_push(self, message: WrenchStamped) -> None:
-        force, torque = message.wrench.force, message.wrench.torque
-        push = read_push(
-            (force.x, force.y, force.z), (torque.x, torque.y, torque.z), message.header.frame_id
-        )
-        self.robot.push(push, self._push_duration)
+        self.robot.push(push_of(message), self._push_duration)
