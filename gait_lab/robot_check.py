@@ -54,14 +54,14 @@ class StandRange:
             com = (robot.size * p.foot_reference_x, 0.0, float(height))
             soles = SoleTarget(0.0, half, 0.0, 0.0), SoleTarget(0.0, -half, 0.0, 0.0)
             for _ in range(6):
-                placed = placement.place(BodyTargets(com, *soles, 0.0, 0.0, (0.0, 0.0, 0.0)))
+                placed = placement.place(BodyTargets(com, *soles, 0.0, (0.0, 0.0, 0.0)))
             q = placed.position
             inside = ((q >= robot.lower - 1e-6) & (q <= robot.upper + 1e-6)).all()
             off = abs(_height(body, robot, q) - height)
             if placed.residual == 0.0 and inside and off < 0.01 * height:
                 reached.append(float(height))
         self.low, self.high = (min(reached), max(reached)) if reached else (np.nan, np.nan)
-        load = np.abs(torques.at(robot.stand_pose, 0.0, 0.0, _under(robot, body)))
+        load = np.abs(torques.at(robot.stand_pose, 0.0, _under(robot, body)))
         limit = np.array([GEAR_SHARE * robot.motors[n].stall_torque for n in robot.joint_names])
         hardest = int(np.argmax(load / limit))
         self.joint = robot.joint_names[hardest]

@@ -51,24 +51,19 @@ class BodyTargets:
         com_in_q: CoM in Q [m]; z is its height above the ground.
         left_sole: Left sole in Q.
         right_sole: Right sole in Q.
-        torso_roll: Roll of the torso against gravity [rad].
-        torso_pitch: Pitch of the torso against gravity [rad].
+        torso_pitch: Pitch of the torso against gravity [rad]; its roll is 0.
         q_in_odom: Pose of Q by the planned steps; only differences of it are meaningful.
         torso_yaw: Turn of the torso ahead of the mean of both soles [rad]; hips that share a yaw
             joint leave no choice, and it counts as 0.
     """
 
-    __slots__ = (
-        "com_in_q", "left_sole", "q_in_odom", "right_sole", "torso_pitch", "torso_roll",
-        "torso_yaw",
-    )  # fmt: skip
+    __slots__ = ("com_in_q", "left_sole", "q_in_odom", "right_sole", "torso_pitch", "torso_yaw")
 
     def __init__(
         self,
         com_in_q: Point3,
         left_sole: SoleTarget,
         right_sole: SoleTarget,
-        torso_roll: float,
         torso_pitch: float,
         q_in_odom: Pose2,
         torso_yaw: float = 0.0,
@@ -76,16 +71,21 @@ class BodyTargets:
         self.com_in_q = com_in_q
         self.left_sole = left_sole
         self.right_sole = right_sole
-        self.torso_roll = torso_roll
         self.torso_pitch = torso_pitch
         self.q_in_odom = q_in_odom
         self.torso_yaw = torso_yaw
 
     def posed(self, com_in_q: Point3, torso_pitch: float) -> "BodyTargets":
         """The same targets with another CoM [m] and torso pitch [rad]."""
-        left, right, roll = self.left_sole, self.right_sole, self.torso_roll
+        left, right = self.left_sole, self.right_sole
+        return BodyTargets(com_in_q, left, right, torso_pitch, self.q_in_odom, self.torso_yaw)
+
+    def on_soles(
+        self, com_in_q: Point3, left_sole: SoleTarget, right_sole: SoleTarget
+    ) -> "BodyTargets":
+        """The same targets with another CoM [m] and other soles."""
         return BodyTargets(
-            com_in_q, left, right, roll, torso_pitch, self.q_in_odom, self.torso_yaw
+            com_in_q, left_sole, right_sole, self.torso_pitch, self.q_in_odom, self.torso_yaw
         )
 
 
@@ -305,6 +305,4 @@ def body_targets(
     """
     standing = SoleTarget(support_sole[0], support_sole[1], 0.0, support_sole[2])
     left, right = (standing, swing_sole) if support == LEFT else (swing_sole, standing)
-    return BodyTargets(
-        com_in_q, left, right, 0.0, parameters.torso_pitch, q_in_odom, torso_yaw
-    )
+    return BodyTargets(com_in_q, left, right, parameters.torso_pitch, q_in_odom, torso_yaw)

@@ -118,7 +118,7 @@ class ComPlacement:
         ahead_yaw = targets.torso_yaw if self._turns_freely else 0.0
         for attempt in range(MAX_ITERATIONS):
             yaw = mean_yaw + torso_yaw + ahead_yaw
-            rows = rotation_from_rpy(targets.torso_roll, targets.torso_pitch, yaw)
+            rows = rotation_from_rpy(0.0, targets.torso_pitch, yaw)
             a, b, c = rows
             torso_x = com_x - (a[0] * cx + a[1] * cy + a[2] * cz)
             torso_y = com_y - (b[0] * cx + b[1] * cy + b[2] * cz)

@@ -90,7 +90,7 @@ class FeedForward:
         self._lean += min(1.0, dt / RISE_TIME) * (com_ahead / height - self._lean)
         velocity, acceleration = self._moves(position, dt)
         torque = self._torque.at(
-            position, targets.torso_roll, targets.torso_pitch + self._lean,
+            position, targets.torso_pitch + self._lean,
             (load(self._left, left, 1), load(1.0 - self._left, right, -1)), acceleration,
         )  # fmt: skip
         lead = self._yield * (torque + self._damping * velocity)

@@ -42,12 +42,11 @@ class GroundAdaptation:
         slope = self._slope = limited_step(self._slope, ground.slope, step)
         origin = (targets.left_sole if support == LEFT else targets.right_sole).x
         x, y, z = targets.com_in_q
-        return BodyTargets(
+        return targets.on_soles(
             (x, y, z - slope * (x - origin)),
             _on_slope(targets.left_sole, left, slope, origin),
             _on_slope(targets.right_sole, right, slope, origin),
-            targets.torso_roll, targets.torso_pitch, targets.q_in_odom, targets.torso_yaw,
-        )  # fmt: skip
+        )
 
 
 def _on_slope(sole: SoleTarget, turn: float, slope: float, origin: float) -> SoleTarget:

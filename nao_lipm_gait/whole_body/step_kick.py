@@ -96,10 +96,7 @@ class StepKick:
             right = _moved(right, x, y, z)
         else:
             left = _moved(left, x, y, z)
-        return BodyTargets(
-            targets.com_in_q, left, right, targets.torso_roll, targets.torso_pitch,
-            targets.q_in_odom, targets.torso_yaw,
-        )  # fmt: skip
+        return targets.on_soles(targets.com_in_q, left, right)
 
 
 def _moved(sole: SoleTarget, x: float, y: float, z: float) -> SoleTarget:

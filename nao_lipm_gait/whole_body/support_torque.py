@@ -68,22 +68,21 @@ class SupportTorque:
         self._twist_max = FRICTION * radius * self.weight
 
     def at(
-        self, position: FloatArray, roll: float, pitch: float, loads: tuple[Load, Load],
+        self, position: FloatArray, pitch: float, loads: tuple[Load, Load],
         acceleration: FloatArray | None = None,
     ) -> FloatArray:
         """Torques (n,) [N m] of the joints.
 
         Args:
             position: Joint angles (n,) [rad].
-            roll: Of the torso [rad].
-            pitch: Of the torso [rad].
+            pitch: Of the torso [rad], whose roll is 0.
             loads: Of the left and the right sole; their shares add up to 1.
             acceleration: (n,) [rad/s^2] of the joints; None = rest. The points of the loads then
                 move inside the soles, as far as the moment needs that turns the links.
         """
         model, data, q = self._model, self._data, self._q
         q[self._q_columns] = position
-        q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(roll, pitch, 0.0)).coeffs()
+        q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(0.0, pitch, 0.0)).coeffs()
         pin.computeJointJacobians(model, data, q)
         soles = [self._sole(frame) for frame in self._soles]
         shift_x = shift_y = twist = 0.0

@@ -71,10 +71,7 @@ class TiltCompensation:
             right = _turned(right, turns[-1])
         x, y, z = targets.com_in_q
         com = x - z * (com_gain * pitch), y + z * (com_gain * roll), z
-        return BodyTargets(
-            com, left, right, targets.torso_roll, targets.torso_pitch, targets.q_in_odom,
-            targets.torso_yaw,
-        )  # fmt: skip
+        return targets.on_soles(com, left, right)
 
 
 def _beyond(angle: float, deadband: float) -> float:

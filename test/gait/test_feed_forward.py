@@ -55,7 +55,7 @@ def test_the_torques_are_those_of_virtual_work(name: str) -> None:
     pose = np.array(robot.stand_pose)
     body.set_joints(pose)
     x, y, _ = np.array(body.com_in_torso()) - np.array(body.sole_in_torso(1).position)
-    found = torques.at(pose, 0.0, 0.0, (Load(1.0, x, y), Load(0.0)))
+    found = torques.at(pose, 0.0, (Load(1.0, x, y), Load(0.0)))
     step = 1e-5
     for joint in range(len(pose)):
         plus, minus = pose.copy(), pose.copy()
@@ -76,7 +76,7 @@ def test_the_torques_move_the_links_as_asked() -> None:
     x, y, _ = np.array(body.com_in_torso()) - np.array(body.sole_in_torso(1).position)
     wanted = np.random.default_rng(0).uniform(-0.5, 0.5, len(pose))
     load = Load(1.0, 0.02, 0.01, ahead=(x - 0.02) / 0.56, aside=(y - 0.01) / 0.56)
-    torque = torques.at(pose, 0.0, 0.0, (load, Load(0.0)), wanted) - torques._rotor * wanted
+    torque = torques.at(pose, 0.0, (load, Load(0.0)), wanted) - torques._rotor * wanted
 
     model, data, q = torques._model, torques._data, torques._q
     soles = [torques._sole(frame) for frame in torques._soles]

@@ -20,7 +20,7 @@ SLOPE = -math.radians(5.0)
 """[rad] uphill: the toes are high."""
 TARGETS = BodyTargets(
     (0.01, 0.01, 0.24), SoleTarget(-0.05, 0.06, 0.0, 0.0), SoleTarget(0.06, -0.06, 0.02, 0.0),
-    0.0, 0.04, ORIGIN,
+    0.04, ORIGIN,
 )  # fmt: skip
 
 

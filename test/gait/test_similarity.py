@@ -94,7 +94,7 @@ def test_weak_knees_bend_less(share: float) -> None:
     soles = SoleTarget(0.0, half, 0.0, 0.0), SoleTarget(0.0, -half, 0.0, 0.0)
     com = weak.size * p.foot_reference_x, 0.0, weak.size * p.com_height
     for _ in range(6):
-        position = placement.place(BodyTargets(com, *soles, 0.0, 0.0, ORIGIN)).position
+        position = placement.place(BodyTargets(com, *soles, 0.0, ORIGIN)).position
     model = pin.buildModelFromXML(weak.urdf)
     data, q = model.createData(), pin.neutral(model)
     for name, angle in zip(weak.joint_names, position, strict=True):

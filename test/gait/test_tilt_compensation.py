@@ -13,7 +13,7 @@ from robot_core.types import LEFT, RIGHT
 P = GaitParameters()
 TARGETS = BodyTargets(
     (0.0, 0.01, 0.24), SoleTarget(-0.05, 0.06, 0.0, 0.0), SoleTarget(0.06, -0.06, 0.02, 0.0),
-    0.0, 0.04, ORIGIN,
+    0.04, ORIGIN,
 )
 
 
@@ -47,7 +47,7 @@ def mirrored(targets: BodyTargets) -> BodyTargets:
 
     x, y, z = targets.com_in_q
     left, right = sole(targets.right_sole), sole(targets.left_sole)
-    return BodyTargets((x, -y, z), left, right, -targets.torso_roll, targets.torso_pitch, ORIGIN)
+    return BodyTargets((x, -y, z), left, right, targets.torso_pitch, ORIGIN)
 
 
 def test_left_and_right_are_mirror_images() -> None:
