@@ -17,7 +17,7 @@ from gait_lab.estimate.sensor_log import SensorLog
 from nao_lipm_gait.estimation.com_measurement import level_frame
 from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.state_estimator import ACCELEROMETER_TIME
-from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
+from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
 from nao_lipm_gait.estimation.yaw_slip import YawOverSole, YawSlipFromYawGyro
 from nao_lipm_gait.whole_body.body_model import SolePose
 from robot_core.geometry import compose, planar_rotation
@@ -135,7 +135,7 @@ def _vertical(
     time: FloatArray, rate: FloatArray, force: FloatArray, normals: FloatArray, share: FloatArray
 ) -> FloatArray:
     """(t, 3) unit vertical in the base: the mean of a forward and a backward run."""
-    orientation = TorsoOrientation(ACCELEROMETER_TIME, STANCE_TIME, STANCE_TILT_MAX)
+    orientation = TorsoOrientation(ACCELEROMETER_TIME, STANCE_TIME)
     orientation.reset(tuple(force[time < time[0] + QUIET_WINDOW].mean(axis=0).tolist()))
     steps = np.diff(time, prepend=time[0] - (time[1] - time[0]))
     normal = share[:, None] * normals[:, 0] + (1.0 - share[:, None]) * normals[:, 1]

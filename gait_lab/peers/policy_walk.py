@@ -15,7 +15,7 @@ import numpy as np
 
 from gait_lab.peers.player import peer_status
 from gait_lab.peers.policy_file import VELOCITY, Policy, load_policy
-from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
+from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import as_point, dot
@@ -97,7 +97,7 @@ class PolicyWalker:
             for each in policy.observations
         ]
         self._body = BodyModel(robot)
-        self._orientation = TorsoOrientation(GRAVITY_TIME, 1.0, STANCE_TILT_MAX)
+        self._orientation = TorsoOrientation(GRAVITY_TIME, 1.0)
         self._last = np.zeros(count)
         self._joint_velocity = np.zeros(count)
         self._velocity = np.zeros(3)

@@ -166,9 +166,9 @@ class Score:
         parts = [part[part[:, 0] <= RANGE, 1] for part in self.line_due]
         return _percent(np.concatenate(parts)) if parts else None
 
-    def false_lines_per(self, images: int) -> float | None:
-        """Images with a false line in so many images."""
-        return self.false_lines * images / self.images if self.images else None
+    def false_lines_share(self) -> float | None:
+        """Images with a false line [%]."""
+        return 100.0 * self.false_lines / self.images if self.images else None
 
     def line_error_median(self) -> float | None:
         """Median distance of line points from their line, of the distance [%]."""

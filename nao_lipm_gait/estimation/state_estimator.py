@@ -25,7 +25,7 @@ from nao_lipm_gait.estimation.odometry import Odometry
 from nao_lipm_gait.estimation.odometry_covariance import OdometryCovariance
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
-from nao_lipm_gait.estimation.torso_orientation import STANCE_TILT_MAX, TorsoOrientation
+from nao_lipm_gait.estimation.torso_orientation import TorsoOrientation
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.estimation.yaw_off_feet import YawOffFeet
 from nao_lipm_gait.estimation.yaw_slip import UnseenYawSlip, YawOverSole, YawSlipFromYawGyro
@@ -105,7 +105,7 @@ class StateEstimator:
         yaw_gyro: bool,
     ) -> None:
         p = parameters
-        self.orientation = TorsoOrientation(ACCELEROMETER_TIME, p.stance_time, STANCE_TILT_MAX)
+        self.orientation = TorsoOrientation(ACCELEROMETER_TIME, p.stance_time)
         self.odometry = Odometry()
         self.com_in_q: Point3 = (0.0, 0.0, 0.0)
         self.acceleration_in_q = (0.0, 0.0)

@@ -15,8 +15,8 @@ UPRIGHT: Point3 = (0.0, 0.0, 1.0)
 UPRIGHT_TIME = 0.3
 """[s] For how long a robot that moves counts as having been upright: an impact must not tilt it."""
 
-STANCE_TILT_MAX = 0.35
-"""[rad] Tilt above which the stance sole is not taken as flat."""
+STANCE_UP_MIN = cos(0.35)
+"""Cosine of the tilt above which the stance sole is not taken as flat."""
 
 
 class TorsoOrientation:
@@ -25,16 +25,14 @@ class TorsoOrientation:
     Args:
         accelerometer_time: Time constant [s] of the correction by the specific force.
         stance_time: Time constant [s] of the correction by the support sole.
-        stance_limit: Tilt [rad] from which on the support sole is not flat.
 
     Attributes:
         up_in_torso: Unit vertical in the torso frame.
     """
 
-    def __init__(self, accelerometer_time: float, stance_time: float, stance_limit: float) -> None:
+    def __init__(self, accelerometer_time: float, stance_time: float) -> None:
         self._accelerometer_time = accelerometer_time
         self._stance_time = stance_time
-        self._stance_up_min = cos(stance_limit)
         self.up_in_torso = UPRIGHT
         self._age = 0.0
 
@@ -111,7 +109,7 @@ class TorsoOrientation:
         x += share * (ax / GRAVITY - x)
         y += share * (ay / GRAVITY - y)
         z += share * (az / GRAVITY - z)
-        if sole_normal is not None and self.up_in_torso[2] > self._stance_up_min:
+        if sole_normal is not None and self.up_in_torso[2] > STANCE_UP_MIN:
             share = dt / self._stance_time
             x += share * (sole_normal[0] - x)
             y += share * (sole_normal[1] - y)

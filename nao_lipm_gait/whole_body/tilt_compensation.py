@@ -54,7 +54,7 @@ class TiltCompensation:
             The corrected targets.
         """
         p = parameters
-        roll, pitch = _beyond(tilt[0], DEADBAND), _beyond(tilt[1], DEADBAND)
+        roll, pitch = _beyond_deadband(tilt[0]), _beyond_deadband(tilt[1])
         roll_gain, com_gain = (ROLL_GAIN, COM_GAIN) if p.tilt_pitch_gain > 0.0 else (0.0, 0.0)
         wanted = -roll_gain * roll, -p.tilt_pitch_gain * pitch
         turns = self._turns
@@ -74,8 +74,8 @@ class TiltCompensation:
         return targets.on_soles(com, left, right)
 
 
-def _beyond(angle: float, deadband: float) -> float:
-    return max(angle - deadband, 0.0) + min(angle + deadband, 0.0)
+def _beyond_deadband(angle: float) -> float:
+    return max(angle - DEADBAND, 0.0) + min(angle + DEADBAND, 0.0)
 
 
 def _approach(turn: Turn, wanted: Turn, share: float) -> Turn:

@@ -59,7 +59,7 @@ def vision(options: Options) -> Iterator[Row | str]:
     yield from rows_of(
         "lines",
         ("recall", "%", every.line_recall()),
-        ("false_per_100", "", every.false_lines_per(100)),
+        ("false_per_100", "", every.false_lines_share()),
         ("error_median", "%", every.line_error_median()),
     )
     for kind, chosen in of.items():

@@ -89,7 +89,7 @@ class PyBulletBackend:
         with_ball = around.ball is not None
         set_physics(client, physics)
         floor = add_floor(client)
-        terrain = add_terrain(client, around.ground, collides=True, visible=self._gui)
+        terrain = add_terrain(client, around.ground, visible=self._gui)
         if self._gui and around.carpet is None:
             add_tiles(client)
         elif self._gui:

@@ -59,9 +59,7 @@ def _set_ground(client: int, body: int) -> None:
     bullet.setCollisionFilterGroupMask(body, -1, FLOOR, meets, physicsClientId=client)
 
 
-def add_terrain(
-    client: int, ground: Iterable[Prism], *, collides: bool, visible: bool
-) -> list[int]:
+def add_terrain(client: int, ground: Iterable[Prism], *, visible: bool) -> list[int]:
     """Add each prism as a convex hull that does not move.
 
     Returns:
@@ -70,11 +68,10 @@ def add_terrain(
     bodies = []
     for prism in ground:
         vertices = prism.vertices.tolist()
-        collision = visual = -1
-        if collides:
-            collision = bullet.createCollisionShape(
-                bullet.GEOM_MESH, vertices=vertices, physicsClientId=client
-            )
+        collision = bullet.createCollisionShape(
+            bullet.GEOM_MESH, vertices=vertices, physicsClientId=client
+        )
+        visual = -1
         if visible:
             # Each triangle has corners of its own: shared ones would blur the edges.
             corners = [vertices[i] for triangle in prism.triangles for i in triangle]
@@ -87,16 +84,15 @@ def add_terrain(
                 physicsClientId=client,
             )
         bodies.append(bullet.createMultiBody(0.0, collision, visual, physicsClientId=client))
-        if collides:
-            bullet.changeDynamics(
-                bodies[-1],
-                -1,
-                lateralFriction=1.0,
-                restitution=0.0,
-                collisionMargin=0.0,  # otherwise a prism is 1 mm higher than it looks
-                physicsClientId=client,
-            )
-            _set_ground(client, bodies[-1])
+        bullet.changeDynamics(
+            bodies[-1],
+            -1,
+            lateralFriction=1.0,
+            restitution=0.0,
+            collisionMargin=0.0,  # otherwise a prism is 1 mm higher than it looks
+            physicsClientId=client,
+        )
+        _set_ground(client, bodies[-1])
     return bodies
 
 
