@@ -79,11 +79,11 @@ class MatchResult:
         seconds: Simulated time [s].
         kicks: Number of kicks, which are motions of a standing robot: of those that the gait
             accepted, over ROS 2 of those that were requested.
+        wrong_half: Goals into the own goal by robots that took one half for the other.
         messages: Team messages that were sent; None if they were not counted.
         one_striker: Share of the playing time in which a team had exactly one striker; NaN if it
             was not watched.
         conflict: Longest time [s] with two strikers in a team; likewise.
-        wrong_half: Goals into the own goal by robots that took one half for the other.
         playing: [s] in which the ball was in play; None if it was not watched.
         rest: Share of that in which the ball rested; likewise.
         duels: [s] that each duel lasted: robots of both teams were within `AT_BALL` of the ball.
@@ -97,10 +97,10 @@ class MatchResult:
     falls: dict[str, int]
     kicks: int
     strokes: int
-    messages: int | None
-    one_striker: float
-    conflict: float
     wrong_half: int
+    messages: int | None = None
+    one_striker: float = math.nan
+    conflict: float = math.nan
     playing: float | None = None
     rest: float | None = None
     duels: Sequence[float] = ()
@@ -307,21 +307,21 @@ class Match(AbstractContextManager["Match"]):
         goals = self.referee.goals_scored
         return MatchResult(
             self.spec,
-            self.referee.score,
-            list(goals),
-            self.pitch.world.time * 1e-9,
-            dict(self.referee.falls),
-            sum(len(player.kicks) for player in self.pitch.players),
-            dribble_strokes(frames),
-            self.pitch.messages,
-            self._strikers.share,
-            self._strikers.longest,
-            wrong_half(goals, frames),
-            round(self._ball.playing, 2),
-            self._ball.rest,
-            tuple(self._ball.duels),
-            tuple(frames) if self.spec.frames else (),
-            self._motion,
+            score=self.referee.score,
+            goals=list(goals),
+            seconds=self.pitch.world.time * 1e-9,
+            falls=dict(self.referee.falls),
+            kicks=sum(len(player.kicks) for player in self.pitch.players),
+            strokes=dribble_strokes(frames),
+            messages=self.pitch.messages,
+            one_striker=self._strikers.share,
+            conflict=self._strikers.longest,
+            wrong_half=wrong_half(goals, frames),
+            playing=round(self._ball.playing, 2),
+            rest=self._ball.rest,
+            duels=tuple(self._ball.duels),
+            frames=tuple(frames) if self.spec.frames else (),
+            motion=self._motion,
         )
 
     def __exit__(self, *_: object) -> None:

@@ -263,19 +263,15 @@ class _Watcher:
             for name in self._robots
             if f"robot/{name}" in self._game
         }
-        score = {team: int(self._game.get(team, "0")) for team in TEAMS}
         return MatchResult(
             self._spec,
-            score,
-            goals,
-            self._now * 1e-9 - self._began,
-            falls,
-            sum(robot.kicks for robot in self._robots.values()),
-            dribble_strokes(self._frames),
-            None,
-            float("nan"),
-            float("nan"),
-            wrong_half(goals, self._frames),
+            score={team: int(self._game.get(team, "0")) for team in TEAMS},
+            goals=goals,
+            seconds=self._now * 1e-9 - self._began,
+            falls=falls,
+            kicks=sum(robot.kicks for robot in self._robots.values()),
+            strokes=dribble_strokes(self._frames),
+            wrong_half=wrong_half(goals, self._frames),
             frames=self._frames,
             motion=self._motion,
         )

@@ -67,7 +67,7 @@ def played() -> MatchResult:
             frames.append(Snapshot(round(time, 2), ball_at(time)[:2], robots, phase, (scored, 0)))
     goals = [Goal(SCORES, "red", "red2", False)]
     return MatchResult(
-        spec, {"red": 1, "blue": 0}, goals, SECONDS, {}, 0, 1, 0, 1.0, 0.0, 0,
+        spec, {"red": 1, "blue": 0}, goals, SECONDS, falls={}, kicks=0, strokes=1, wrong_half=0,
         frames=frames, motion=motion,
     )  # fmt: skip
 
@@ -122,7 +122,7 @@ def test_a_ball_that_is_put_somewhere_is_no_touch(result: MatchResult) -> None:
         ]
         motion.add(row * PERIOD, place, bodies)
     moved = MatchResult(
-        result.spec, result.score, [], 4.0, {}, 0, 0, 0, 1.0, 0.0, 0,
+        result.spec, result.score, [], 4.0, falls={}, kicks=0, strokes=0, wrong_half=0,
         frames=result.frames[:20], motion=motion,
     )  # fmt: skip
     assert not Story(moved).touches

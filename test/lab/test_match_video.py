@@ -62,8 +62,9 @@ def short_match() -> MatchResult:
         robots = {r.name: RobotSnapshot(*r.pose, "stand", "striker", "") for r in scene.robots}
         frames.append(Snapshot(row * PERIOD, (0.12 * row, 0.0), robots, "playing", (0, 0)))
     return MatchResult(
-        spec, {"red": 0, "blue": 0}, [], 1.0, {}, 0, 0, 0, 1.0, 0.0, 0, frames=frames, motion=motion
-    )
+        spec, {"red": 0, "blue": 0}, [], 1.0, falls={}, kicks=0, strokes=0, wrong_half=0,
+        frames=frames, motion=motion,
+    )  # fmt: skip
 
 
 def test_the_ball_moves_in_the_pictures(tmp_path: Path) -> None:

@@ -179,8 +179,9 @@ def test_a_finished_match_is_not_played_again(tmp_path: Path) -> None:
     goals = [Goal(40.5, "red", "red2", False), Goal(80.0, "blue", "red1", True)]
     spec = MatchSpec(seed=3, frames=False)
     result = MatchResult(
-        spec, {"red": 1, "blue": 1}, goals, 300.0, {"red1": 2}, 3, 25, 900, 0.98, 0.4, 0
-    )
+        spec, {"red": 1, "blue": 1}, goals, 300.0, falls={"red1": 2}, kicks=3, strokes=25,
+        wrong_half=0, messages=900, one_striker=0.98, conflict=0.4,
+    )  # fmt: skip
     file = str(tmp_path / "matches.jsonl")
     ResultCache(file, MatchResult.restored).add(spec, result)
     kept = ResultCache(file, MatchResult.restored)
