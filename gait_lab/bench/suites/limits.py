@@ -114,7 +114,7 @@ def falls(scores: Sequence[Score]) -> int:
 def direction_rows(name: str, right: Sequence[Score], above: Sequence[Score]) -> list[Row]:
     """Medians over the robots: the best speed asked rightly, the least one reached above."""
     unit = right[0].unit
-    best = worst(_medians(right))
+    best = max(_medians(right), default=None)
     reached_above = _medians(above)
     least = min(reached_above) if len(reached_above) == len(above) else None
     reached = least / best if best and least is not None else None
