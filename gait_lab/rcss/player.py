@@ -11,6 +11,7 @@ from gait_lab.rcss.eyes import ServerEyes
 from gait_lab.rcss.field import BALL, ServerField
 from gait_lab.rcss.game import GOAL, Mode, game_state, mode_of
 from gait_lab.rcss.speech import pack, unpack
+from gait_lab.soccer.gait_orders import GaitOrders
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.presets import DEFAULT
@@ -24,7 +25,6 @@ from nao_soccer.world.settings import WorldSettings
 from nao_soccer.world.state import TeamMate
 from rcss_bridge.codec import Percepts
 from robot_core.errors import NaoGaitError
-from robot_core.head_goals import Follow, Goal, LookAt
 from robot_core.robot import RobotDescription
 from robot_core.types import DOWN, GETTING_UP, STANDSTILL, Pose2, SensorFrame, VelocityCommand
 
@@ -83,6 +83,7 @@ class ServerPlayer:
             ),
             limits=walk_limits(gait),
         )  # fmt: skip
+        self._orders = GaitOrders(gait, self._size, BALL)
         self._eyes = ServerEyes(robot, self._field, team, number, exact=exact)
         self.command: VelocityCommand = STANDSTILL
         self.start: Pose2 | None = None
@@ -91,7 +92,6 @@ class ServerPlayer:
         self._mode = Mode("", None)
         self._counts: dict[int, int] = {}
         self._cycle = 0
-        self._motion = ""
         self._barred_since = -math.inf
         self._put: tuple[Pose2, ...] = ()
         self._joined = False
@@ -164,18 +164,7 @@ class ServerPlayer:
         if decision is None:
             return
         self.decision = decision
-        action = decision.action
-        walk = action.walk
-        self.command = VelocityCommand(self._size * walk.x, self._size * walk.y, walk.yaw)
-        if action.motion and action.motion != self._motion:
-            with contextlib.suppress(NaoGaitError):  # the robot does not have it, or falls
-                self._gait.request_motion(action.motion)
-        self._motion = action.motion
-        self._gait.request_lift(action.lift)
-        if action.kick is not None:
-            x, y, direction = action.kick
-            self._gait.request_kick((self._size * x, self._size * y), direction, BALL)
-        self._gait.request_look(self._scaled(player.look(decision)))
+        self.command = self._orders.give(decision.action, player.look(decision))
         data = player.team_message(time)
         if data is not None:
             self.speech = pack(decode(data), self._team, self._size)
@@ -205,12 +194,6 @@ class ServerPlayer:
     def _is_at_ball(self, place: tuple[float, float]) -> bool:
         ball = None if self.decision is None else self.decision.world.ball
         return ball is not None and self._size * math.dist(ball.position_in_field, place) < AT_BALL
-
-    def _scaled(self, goal: Goal | None) -> Goal | None:
-        if not isinstance(goal, LookAt | Follow):
-            return goal
-        x, y, z = (self._size * each for each in goal.point)
-        return replace(goal, point=(x, y, z))
 
 
 def walk_limits(gait: Gait) -> WalkLimits:

@@ -11,6 +11,7 @@ import numpy as np
 
 from gait_lab.soccer.channels import Channels
 from gait_lab.soccer.eyes import Eyes, ModelEyes, Sight, in_field
+from gait_lab.soccer.gait_orders import GaitOrders
 from gait_lab.soccer.percept_model import OtherRobot
 from gait_lab.vision.percept_errors import load_percept_errors
 from nao_lipm_gait.gait import Gait
@@ -54,7 +55,7 @@ class RobotPlayer(Policy):
         self, pitch: "Pitch", index: int, player: Player, eyes: Eyes, gait: Gait
     ) -> None:
         self.gait = gait
-        self.kicks: list[str] = []
+        self._orders = GaitOrders(gait)
         self._pitch = pitch
         self._index = index
         self._eyes = eyes
@@ -67,7 +68,7 @@ class RobotPlayer(Policy):
         self._stamp: int | None = None
         self.decision: Decision | None = None
         self.runs = True
-        self._motion = ""
+        self._orders.forget()
         self._walk = STANDSTILL
 
     def command(self, time: float, tick: Tick | None) -> Action:
@@ -98,24 +99,15 @@ class RobotPlayer(Policy):
         if decision is None:
             return
         self.decision = decision
-        action = decision.action
-        self._walk = action.walk
-        if action.motion and action.motion != self._motion:
-            try:
-                self.gait.request_motion(action.motion)
-                if action.motion.startswith("kick"):
-                    self.kicks.append(action.motion)
-            except NaoGaitError:
-                pass  # refused by the gait, for example because the robot is falling
-        self._motion = action.motion
-        self.gait.request_lift(action.lift)
-        if action.kick is not None:
-            x, y, direction = action.kick
-            self.gait.request_kick((x, y), direction)
-        self.gait.request_look(player.look(decision))
+        self._walk = self._orders.give(decision.action, player.look(decision))
         data = player.team_message(time)
         if data is not None:
             self._pitch.tell(self._index, data, time)
+
+    @property
+    def kicks(self) -> list[str]:
+        """Names of the kicks so far, which are motions of a standing robot."""
+        return self._orders.kicks
 
     @property
     def path(self) -> tuple[Activation, ...]:
@@ -126,7 +118,7 @@ class RobotPlayer(Policy):
         """The referee has put the robot beside the field."""
         self.gait.reset()
         self.gait.request_stand()
-        self._motion = ""
+        self._orders.forget()
 
 
 class Pitch(AbstractContextManager["Pitch"]):
