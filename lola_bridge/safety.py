@@ -19,7 +19,7 @@ from typing import NamedTuple
 from lola_bridge.codec import JOINTS, TOUCH, LolaSensors
 from lola_bridge.motor_watch import MotorLimits, MotorWatch
 from robot_core.log import Level, LogLine
-from robot_core.rate_limiter import limited_step
+from robot_core.rate_limiter import eased, limited_step
 
 BODY_VERSION = "6."
 """Begin of the body versions whose joints, limits and masses this package knows."""
@@ -374,14 +374,14 @@ class Safety:
         if mode is Mode.STARTING and command is not None:
             share = _share(self._cycles * s.period, s.stiffness_ramp)
             return (
-                _blend(self._position_before, command.position, _smooth(share)),
+                _blend(self._position_before, command.position, eased(share)),
                 _blend(self._stiffness_before, command.stiffness, share),
             )
         if mode is Mode.HOLDING:
             return self._position_before, self._stiffness_before
         if mode is Mode.SITTING:
             share = _share(self._cycles * s.period, s.sit_time)
-            return _blend(self._position_before, s.sit, _smooth(share)), self._stiffness_before
+            return _blend(self._position_before, s.sit, eased(share)), self._stiffness_before
         if mode is Mode.RESTING:
             share = _share(self._cycles * s.period, s.stiffness_ramp)
             least = [min(before, REST) for before in self._stiffness_before]
@@ -453,11 +453,6 @@ class _Button:
 
 def _share(elapsed: float, duration: float) -> float:
     return min(1.0, elapsed / duration) if duration > 0.0 else 1.0
-
-
-def _smooth(share: float) -> float:
-    """From 0 to 1 with zero speed at both ends."""
-    return share * share * (3.0 - 2.0 * share)
 
 
 def _blend(first: Sequence[float], second: Sequence[float], share: float) -> list[float]:

@@ -1,4 +1,9 @@
-"""Values that follow other values at a limited rate."""
+"""Values that follow other values at a limited rate, or from rest to rest."""
+
+
+def eased(share: float) -> float:
+    """3 s^2 - 2 s^3 of a share s of the time, 0 to 1: the share of a way from rest to rest."""
+    return share * share * (3.0 - 2.0 * share)
 
 
 def limited_step(current: float, wanted: float, step: float) -> float:

@@ -5,13 +5,13 @@ import numpy as np
 from gait_lab.faults.harness import Fault, Harness, TemporaryFault
 from robot_core.geometry import rotation_matrix
 from robot_core.robot import RobotDescription
+from robot_core.types import GRAVITY
 
 
 def motor_of(robot: RobotDescription, number: int) -> str:
     """Return a leg joint that has its own motor; `number` selects one, modulo their count."""
     followers = {follower for _, follower in robot.coupled_joints}
-    legs = (*robot.left_leg.names, *robot.right_leg.names)
-    driven = [name for name in legs if name not in followers]
+    driven = [name for name in robot.leg_joints if name not in followers]
     return driven[number % len(driven)]
 
 
@@ -91,5 +91,5 @@ class PickedUp(TemporaryFault):
         velocity = turn @ harness.truth.torso_linear_velocity_in_torso
         mass = sum(link.mass for link in harness.world.robot.body.links)
         hold = mass * (150.0 * (wanted - position) - 24.0 * velocity)
-        hold[2] += mass * 9.81 * share
+        hold[2] += mass * GRAVITY * share
         harness.push_robot(hold)

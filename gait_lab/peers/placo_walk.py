@@ -135,7 +135,7 @@ def request(
     """
     outline_x = [x for x, _ in robot.sole_outline]
     middle = 0.5 * (min(outline_x) + max(outline_x))
-    walking = {*robot.left_leg.names, *robot.right_leg.names}
+    walking = set(robot.leg_joints)
     held = {
         name: float(angle)
         for name, angle in zip(robot.joint_names, robot.stand_pose, strict=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robot_core.geometry import as_point
+from robot_core.rate_limiter import eased
 from robot_core.robot import RobotDescription
 from robot_core.types import (
     FloatArray,
@@ -68,8 +69,7 @@ class PeerPlayback:
         elapsed = (frame.stamp - began) * 1e-9
         tick = min(round(elapsed / self._period), len(self._plan.joints) - 1)
         share = min(1.0, elapsed / BLEND_TIME)
-        smooth = share * share * (3.0 - 2.0 * share)
-        position = start + smooth * (self._plan.joints[tick] - start)
+        position = start + eased(share) * (self._plan.joints[tick] - start)
         np.clip(position, self._robot.lower, self._robot.upper, out=position)
         self._status = self._seen(frame.stamp, max(0, tick - self._lag))
         return JointTargets(frame.stamp, position)

@@ -80,7 +80,7 @@ class JointCheck:
     """
 
     def __init__(self, robot: RobotDescription, period: float) -> None:
-        names = dict.fromkeys((*robot.left_leg.names, *robot.right_leg.names))
+        names = dict.fromkeys(robot.leg_joints)
         self._names = list(names)
         self._index = [robot.index(name) for name in names]
         sides = zip(robot.left_leg.names, robot.right_leg.names, strict=True)

@@ -40,7 +40,7 @@ class MotorWatch:
 
     def __init__(self, robot: RobotDescription, period: float) -> None:
         followers = {follower for _, follower in robot.coupled_joints}  # without a motor
-        legs = {*robot.left_leg.names, *robot.right_leg.names} - followers
+        legs = set(robot.leg_joints) - followers
         self._names = robot.joint_names
         motors = [robot.motors[name] for name in self._names]
         judged = np.array([name in legs for name in self._names])

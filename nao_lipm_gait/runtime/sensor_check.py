@@ -73,7 +73,7 @@ class SensorCheck:
         corners = np.array(robot.sole_corners)
         self._corners = corners, corners * (1.0, -1.0)
         self._step = SOLE_STEP * robot.size
-        self._legs = [robot.index(n) for n in (*robot.left_leg.names, *robot.right_leg.names)]
+        self._legs = [robot.index(name) for name in robot.leg_joints]
         self._bend = robot.stand_pose[self._legs]
         self._dt, self._has_yaw_gyro = period, robot.has_yaw_gyro
         self.restart()

@@ -205,7 +205,7 @@ class HeatWatch:
     """
 
     def __init__(self, robot: RobotDescription, say: Diagnostics, slower: float) -> None:
-        self._legs = {*robot.left_leg.names, *robot.right_leg.names}
+        self._legs = set(robot.leg_joints)
         self._joints = set(robot.joint_names)
         self._say = say
         self._slower = slower

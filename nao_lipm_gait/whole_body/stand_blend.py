@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robot_core.rate_limiter import eased
 from robot_core.types import FloatArray
 
 STAND_TIME = 0.8
@@ -56,9 +57,8 @@ class StandBlend:
             return position
         self._time += dt
         share = min(1.0, self._time / self._duration)
-        smooth = share * share * (3.0 - 2.0 * share)
         way = position - self._begin
-        blended: FloatArray = self._begin + smooth * way
+        blended: FloatArray = self._begin + eased(share) * way
         if share >= 1.0 or (self._watched and np.abs(way[self._watched]).max() < REACHED):
             self._begin = None
         return blended

@@ -6,6 +6,7 @@ from enum import StrEnum
 
 import attrs
 
+from robot_core.rate_limiter import eased
 from robot_core.schema import Settings, number
 from robot_core.types import FloatArray
 
@@ -39,7 +40,7 @@ class Interpolation(StrEnum):
     def share(self, time_share: float) -> float:
         """Share of the distance after a share of the time, both 0 to 1."""
         s = min(max(time_share, 0.0), 1.0)
-        return s * s * (3.0 - 2.0 * s) if self is Interpolation.CUBIC else s
+        return eased(s) if self is Interpolation.CUBIC else s
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -201,6 +201,11 @@ class RobotDescription:
             object.__setattr__(self, name, read_only(values))
 
     @property
+    def leg_joints(self) -> tuple[str, ...]:
+        """The joints of the left leg, then those of the right one, from the hips down."""
+        return (*self.left_leg.names, *self.right_leg.names)
+
+    @property
     def has_yaw_gyro(self) -> bool:
         """Whether the IMU measures the yaw rate."""
         return self.gyro_axes == 3

@@ -184,7 +184,7 @@ def test_the_head_turns_while_the_body_walks_and_nothing_else_changes_much() -> 
     assert state is GaitState.WALK
     assert turning[-1, I_PAN] == pytest.approx(0.8)
     np.testing.assert_array_equal(plain[:150], turning[:150])
-    legs = [ROBOT.index(n) for n in (*ROBOT.left_leg.names, *ROBOT.right_leg.names)]
+    legs = [ROBOT.index(name) for name in ROBOT.leg_joints]
     assert np.abs(plain[:, legs] - turning[:, legs]).max() < 0.05
 
 

@@ -129,7 +129,7 @@ def test_the_request_holds_the_command_and_the_joints_that_do_not_walk() -> None
     knots = tuple((t, c.x, c.y, c.yaw) for t, c in task.knots)
     asked = json.loads(json.dumps(request(NAO, knots, 12.0, DT)))
     assert asked["knots"] == [[3.0, 0.0, 0.0, 0.0], [6.0, 0.25, 0.0, 0.0]]
-    assert set(asked["held"]).isdisjoint((*NAO.left_leg.names, *NAO.right_leg.names))
+    assert set(asked["held"]).isdisjoint(NAO.leg_joints)
     assert asked["coupled"] == [["LHipYawPitch", "RHipYawPitch"]]
     assert asked["joints"] == list(NAO.joint_names)
 

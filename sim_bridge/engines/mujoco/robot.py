@@ -346,8 +346,7 @@ def _refuse(plant: Plant, robot: RobotDescription) -> None:
             refuse("motor.armature", motor.armature, allowed)
         return
     damping = _largest_damping(robot, plant)
-    legs = (*robot.left_leg.names, *robot.right_leg.names)
-    most = min(damping[robot.index(joint)] for joint in legs) / _lag(plant)
+    most = min(damping[robot.index(joint)] for joint in robot.leg_joints) / _lag(plant)
     if motor.stiffness > most:
         allowed = f"at most {most:.4g} N m/rad with this armature, lag and step"
         refuse("motor.stiffness", motor.stiffness, allowed)
