@@ -34,7 +34,14 @@ from nao_lipm_gait.runtime.inputs import (
     kick_goal,
 )
 from robot_core.geometry import compose, quaternion_from_rpy
-from robot_core.ros.messages import BASE_FOOTPRINT, ODOM, set_planar, to_doubles, to_time
+from robot_core.ros.messages import (
+    BASE_FOOTPRINT,
+    ODOM,
+    diagonal,
+    set_planar,
+    to_doubles,
+    to_time,
+)
 from robot_core.types import GaitStatus, JointTargets, Point3, Pose2, Pose6
 
 Q = "Q"
@@ -229,8 +236,8 @@ class StatusWriter:
         self._odometry.header.frame_id = prefix + ODOM
         self._odometry.child_frame_id = prefix + BASE_FOOTPRINT
         # x, y, z, roll, pitch, yaw. Height, roll and pitch of base_footprint are 0 by definition.
-        self._odometry.pose.covariance = _diagonal(0.0, 0.0, 1e-6, 1e-6, 1e-6, 0.0)
-        self._odometry.twist.covariance = _diagonal(0.0, 0.0, 1e-6, 1e-6, 1e-6, 0.0)
+        self._odometry.pose.covariance = diagonal(0.0, 0.0, 1e-6, 1e-6, 1e-6, 0.0)
+        self._odometry.twist.covariance = diagonal(0.0, 0.0, 1e-6, 1e-6, 1e-6, 0.0)
         self._point = PointStamped()
         self._point.header.frame_id = prefix + Q
         self._transform = TransformStamped()
@@ -347,10 +354,3 @@ def _set_pose(place: Any, turn: Any, pose: Pose6) -> None:
 def _from_q(q_in_odom: Pose2, point: Point3) -> Point:
     x, y, _ = compose(q_in_odom, (point[0], point[1], 0.0))
     return Point(x=x, y=y, z=point[2])
-
-
-def _diagonal(*values: float) -> list[float]:
-    size = len(values)
-    matrix = [0.0] * (size * size)
-    matrix[:: size + 1] = values
-    return matrix

@@ -53,6 +53,14 @@ def set_planar(place: Any, turn: Any, pose: Pose2) -> None:
     turn.z, turn.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
 
 
+def diagonal(*values: float) -> list[float]:
+    """The rows of a covariance without correlations, one after the other."""
+    size = len(values)
+    matrix = [0.0] * (size * size)
+    matrix[:: size + 1] = values
+    return matrix
+
+
 def planar_of(place: Any, turn: Any) -> Pose2:
     """The planar pose of a position or translation, and an orientation or rotation."""
     return place.x, place.y, yaw_of_quaternion(turn.x, turn.y, turn.z, turn.w)

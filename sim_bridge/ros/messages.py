@@ -4,7 +4,6 @@ Each writer reuses its message objects: publish one before the next call.
 """
 
 import math
-from collections.abc import Sequence
 
 from geometry_msgs.msg import PointStamped, Vector3, WrenchStamped
 from nav_msgs.msg import Odometry
@@ -13,7 +12,7 @@ from sensor_msgs.msg import BatteryState, Imu, JointState
 
 from robot_core.command_input import read_push
 from robot_core.robot import RobotDescription
-from robot_core.ros.messages import to_doubles, to_time
+from robot_core.ros.messages import diagonal, to_doubles, to_time
 from robot_core.types import FloatArray
 from sim_bridge.heat import MotorState
 from sim_bridge.plant import Sensors
@@ -36,8 +35,8 @@ class ReadingWriter:
         self._imu.orientation_covariance[0] = -1.0  # REP-145: no orientation
         gyro, accel = sensors.gyro_noise**2, sensors.accel_noise**2
         yaw = gyro if sensors.gyro_axes == 3 else _UNKNOWN
-        self._imu.angular_velocity_covariance = _diagonal(gyro, gyro, yaw)
-        self._imu.linear_acceleration_covariance = _diagonal(accel, accel, accel)
+        self._imu.angular_velocity_covariance = diagonal(gyro, gyro, yaw)
+        self._imu.linear_acceleration_covariance = diagonal(accel, accel, accel)
         self._wrenches = (WrenchStamped(), WrenchStamped())
         for wrench, frame in zip(self._wrenches, robot.sole_frames, strict=True):
             wrench.header.frame_id = frame
@@ -141,7 +140,3 @@ def push_of(message: WrenchStamped) -> FloatArray:
 
 def _fill(vector: Vector3, values: FloatArray) -> None:
     vector.x, vector.y, vector.z = values.tolist()
-
-
-def _diagonal(x: float, y: float, z: float) -> Sequence[float]:
-    return [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
