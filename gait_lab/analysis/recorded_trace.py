@@ -13,9 +13,6 @@ from robot_core.geometry import planar_rotation, relative, rotate_each
 from robot_core.types import FloatArray, Pose2
 from sim_bridge.trials.trace import DOUBLE, LEFT, RIGHT, SUPPORT_CODES, IntArray, Trace
 
-SAME = 1e-7
-"""[m] tolerance of a distance computed in two coordinate systems."""
-
 
 @dataclass(frozen=True, slots=True)
 class SupportPhase:
@@ -91,24 +88,9 @@ def _drawn_changes(walk: RecordedWalk) -> tuple[IntArray, IntArray]:
     steps = walk.footsteps
     if len(steps.stamp) < 2:
         return steps.stamp[:0], steps.stamp[:0]
-    if np.any(steps.support != DOUBLE):
-        changed = np.flatnonzero(np.diff(steps.support)) + 1
-        changed = changed[steps.support[changed] != DOUBLE]
-        return steps.stamp[changed], steps.support[changed]
-    # No sole is pale in this bag. At a support change the CoM jumps in Q, but not in odom.
-    in_q = walk.estimated.at(steps.stamp)[:, :2]
-    moved_in_q = np.linalg.norm(np.diff(in_q, axis=0), axis=1)
-    moved_in_odom = np.linalg.norm(np.diff(steps.com, axis=0), axis=1)
-    changed = np.flatnonzero(np.abs(moved_in_q - moved_in_odom) > SAME) + 1
-    return steps.stamp[changed], _sides(walk)[changed]
-
-
-def _sides(walk: RecordedWalk) -> IntArray:
-    """(m,) LEFT or RIGHT: the sole next to the pendulum origin."""
-    steps = walk.footsteps
-    left = np.linalg.norm(steps.origin - steps.left_sole[:, :2], axis=1)
-    right = np.linalg.norm(steps.origin - steps.right_sole[:, :2], axis=1)
-    return np.where(left < right, LEFT, RIGHT)
+    changed = np.flatnonzero(np.diff(steps.support)) + 1
+    changed = changed[steps.support[changed] != DOUBLE]
+    return steps.stamp[changed], steps.support[changed]
 
 
 def _exact(published: list[Change], drawn: IntArray, sides: IntArray) -> list[Change]:
@@ -200,14 +182,17 @@ def origins_under_sole(
 ) -> FloatArray:
     """(m, 3) time [s] and pendulum origin x, y [m] in the frame of the support sole."""
     rows = []
-    stamps = walk.footsteps.stamp
+    steps = walk.footsteps
+    stamps = steps.stamp
     # Shortly before a change the gait already draws the origin of the next phase.
-    own = _sides(walk) == support
+    left = np.linalg.norm(steps.origin - steps.left_sole[:, :2], axis=1)
+    right = np.linalg.norm(steps.origin - steps.right_sole[:, :2], axis=1)
+    own = np.where(left < right, LEFT, RIGHT) == support
     for phase in phases:
         if phase.support != support or phase.state != "walk" or phase.sole_in_odom is None:
             continue
         for row in np.flatnonzero(own & (stamps >= phase.stamp) & (stamps < phase.end)):
-            x, y = walk.footsteps.origin[row].tolist()
+            x, y = steps.origin[row].tolist()
             at = relative((x, y, 0.0), phase.sole_in_odom)
             rows.append((float(walk.seconds(int(stamps[row]))), at[0], at[1]))
     return np.array(rows) if rows else np.empty((0, 3))
