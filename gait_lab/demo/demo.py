@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from gait_lab.analysis.bag import BagWriter
-from gait_lab.analysis.recorded_trace import read_trace
+from gait_lab.analysis.recorded_trace import find_phases, make_trace
+from gait_lab.analysis.recorded_walk import RecordedWalk, read_walk
 from gait_lab.demo.node_processes import NodeProcesses, empty_folder
 from gait_lab.demo.tour import (
     TOURS,
@@ -100,12 +101,13 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
     empty_folder(out, "*.html", "*.png", "*.gif", "*.log", "result.json")
     tour_began, problems = _walk(options, out, say)
     walked = time.monotonic() - began
-    result = _evaluate(out, options, tour_began, problems)
+    recorded = None if tour_began is None else read_walk(out / "bag")
+    result = _evaluate(recorded, options, tour_began, problems)
     if tour_began is not None:
         _print_table(result, options, walked, say)
     _write_json(result, options, out)
-    if tour_began is not None:
-        _draw(out, options, tour_began, say)
+    if tour_began is not None and recorded is not None:
+        _draw(recorded, out, options, tour_began, say)
     say(f"Everything is in {out} (bag: {out / 'bag'}); {time.monotonic() - began:.0f} s in all.")
     if result.succeeded:
         say("The tour was completed upright.")
@@ -167,12 +169,13 @@ def _bridge_parameters(options: DemoOptions) -> dict[str, object]:
 
 
 def _evaluate(
-    out: Path, options: DemoOptions, tour_began: float | None, problems: list[str]
+    recorded: RecordedWalk | None, options: DemoOptions, tour_began: float | None,
+    problems: list[str],
 ) -> DemoResult:
     """Evaluate the recorded bag."""
-    if tour_began is None:
+    if tour_began is None or recorded is None:
         return DemoResult((), None, (*problems, "the tour did not begin"))
-    trace = read_trace(out / "bag")
+    trace = make_trace(recorded, find_phases(recorded), None)
     if trace is None:
         return DemoResult((), None, (*problems, "the bag has no ground truth"))
     tour, began = TOURS[options.tour], tour_began - 1e-9 * int(trace.stamp[0])
@@ -244,13 +247,16 @@ def _write_json(result: DemoResult, options: DemoOptions, out: Path) -> None:
     (out / "result.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
-def _draw(out: Path, options: DemoOptions, tour_began: float, say: Callable[[str], None]) -> None:
+def _draw(
+    recorded: RecordedWalk, out: Path, options: DemoOptions, tour_began: float,
+    say: Callable[[str], None],
+) -> None:
     """Write the page with all figures, and pictures of the robot."""
     from gait_lab.demo.pictures import write_pictures
-    from gait_lab.report.analysis import analyse
+    from gait_lab.report.analysis import analysis_of
     from gait_lab.report.command import report_page
 
-    analysis = analyse(out / "bag")
+    analysis = analysis_of(recorded)
     page = out / "report.html"
     try:
         write_text(page, report_page(analysis), "out")

@@ -28,6 +28,8 @@ EXTRA_TIME = 0.2
 """Simulated time [s] that is recorded after the end of the tour."""
 TOPICS = 12
 """Number of topics to be recorded before the tour begins."""
+SEARCH_PERIOD = 0.05
+"""[s] of wall time between two searches for new topics before the tour."""
 SHOW_PERIOD = 0.25 if sys.stdout.isatty() else 10.0
 """Wall time [s] between two updates of the progress bar; rare in a log file."""
 
@@ -121,8 +123,11 @@ class TourDriver:
 
     def _wait_for_stand(self) -> None:
         deadline = time.monotonic() + START
+        search = 0.0
         while self.tour_began is None:
-            self._recorder.add_new_topics()
+            if time.monotonic() >= search:
+                self._recorder.add_new_topics()
+                search = time.monotonic() + SEARCH_PERIOD
             self._spin(max(1.0, deadline - time.monotonic()))
             if time.monotonic() > deadline:
                 raise TourError(f"the nodes did not start within {START:.0f} s")

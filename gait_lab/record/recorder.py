@@ -10,6 +10,7 @@ import time
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +63,8 @@ class ClockOrder:
         self._write = write
         self._arrivals: list[int] = []
         self._ticks: list[int] = []
-        self._waiting: list[tuple[str, int, bytes]] = []
+        self._waiting: list[tuple[int, int, str, bytes]] = []  # heap: arrival, number, topic, data
+        self._number = 0
         self._wall = False
 
     @property
@@ -84,16 +86,17 @@ class ClockOrder:
         if len(self._ticks) > 2 * KEPT_TICKS:
             del self._arrivals[:KEPT_TICKS], self._ticks[:KEPT_TICKS]
         self._write(topic, stamp, data)
-        waiting, self._waiting = self._waiting, []
-        for each in waiting:
-            self.message(*each)
+        while self._waiting and self._waiting[0][0] < self._arrivals[-1]:
+            before, _, name, message = heappop(self._waiting)
+            self._write(name, self._at(before), message)
 
     def message(self, topic: str, arrived: int, data: bytes) -> None:
         """Add another message; it is written once the clock has passed its arrival [ns]."""
         if self._wall:
             self._write(topic, arrived, data)
         elif not self._arrivals or arrived >= self._arrivals[-1]:
-            self._waiting.append((topic, arrived, data))
+            self._number += 1
+            heappush(self._waiting, (arrived, self._number, topic, data))
             if self._arrivals and len(self._waiting) > WAITING_MAX:
                 self.flush()
         else:
@@ -105,13 +108,13 @@ class ClockOrder:
     def use_wall_time(self) -> None:
         """Use the arrival times from now on, also for the messages that wait."""
         self._wall = True
-        waiting, self._waiting = self._waiting, []
-        for each in waiting:
-            self._write(*each)
+        waiting, self._waiting = sorted(self._waiting), []
+        for arrived, _, topic, data in waiting:
+            self._write(topic, arrived, data)
 
     def flush(self) -> None:
         """Write what still waits, with the time 0 if there was no tick at all."""
-        for topic, arrived, data in self._waiting:
+        for arrived, _, topic, data in sorted(self._waiting):
             self._write(topic, self._at(arrived) if self._ticks else 0, data)
         self._waiting.clear()
 

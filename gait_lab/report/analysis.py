@@ -304,7 +304,11 @@ def analyse(path: Path, robot: str = "") -> Analysis:
     Raises:
         NaoGaitError: The path is no bag, or the bag has no such robot.
     """
-    walk = read_walk(path, robot)
+    return analysis_of(read_walk(path, robot))
+
+
+def analysis_of(walk: RecordedWalk) -> Analysis:
+    """Measure a bag that was read."""
     model, remark = robot_of(walk)
     body = follow_body(walk, model) if model is not None and len(walk.position) > 1 else None
     phases = find_phases(walk)

@@ -71,3 +71,24 @@ def test_a_clock_that_stands_still_holds_no_endless_queue() -> None:
         order.message("/diagnostics", 1 + number, b"x")
     assert len(written) > 2 * WAITING_MAX
     assert {stamp for _, stamp, _ in written} == {100}
+
+
+def test_a_recorder_that_is_behind_touches_each_message_once() -> None:
+    """It may handle thousands of a topic before those of the clock, or after."""
+    looked: list[int] = []
+    count = 300
+
+    class Arrival(int):
+        def __lt__(self, other: int) -> bool:
+            looked.append(self)
+            return int(self) < int(other)
+
+        def __ge__(self, other: int) -> bool:
+            return not self < other
+
+    order = ClockOrder(lambda *message: None)
+    for number in range(count):
+        order.message("/a", Arrival(10 * number + 5), b"x")
+    for number in range(count):
+        order.tick("/clock", 10 * number, number * MS, b"clock")
+    assert len(looked) < 30 * count

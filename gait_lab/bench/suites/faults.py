@@ -9,8 +9,6 @@ from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.walks import median, tasks_of
 from gait_lab.faults.campaign import FELL, VIOLATED, FaultResult, FaultRun
-from gait_lab.faults.fuzz import FILES, GAIT, LOLA, TARGETS, TICKS, FuzzResult, FuzzRun
-from gait_lab.faults.fuzz import fuzz as run_fuzz
 from gait_lab.faults.long_walks import LossWalk, soak, walk_with_loss
 from gait_lab.faults.scopes import SCOPES, Scope
 from nao_lipm_gait.presets import DEFAULT, preset_for
@@ -115,6 +113,10 @@ def faults(options: Options) -> Iterator[Row | str]:
 )  # fmt: skip
 def fuzz(options: Options) -> Iterator[Row | str]:
     """All ticks in stretches, each with a seed of its own."""
+    # Here: Hypothesis and the readers of bags take half of the start of `nao_gait bench`.
+    from gait_lab.faults.fuzz import FILES, GAIT, LOLA, TARGETS, TICKS, FuzzResult, FuzzRun
+    from gait_lab.faults.fuzz import fuzz as run_fuzz
+
     count, rest = divmod(options.ticks, STRETCH)
     lengths = [STRETCH] * count + ([rest] if rest else [])
     ticks, passed, refused = Counter[str](), Counter[str](), Counter[str]()
