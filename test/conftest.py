@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, settings
 import gait_lab  # noqa: F401  chooses the kernels of OpenBLAS, before NumPy is imported
 from engine_bench import Bench, weightless
 from robot_core.robot import RobotDescription, load_robot
+from sharing import pytest_collection_modifyitems, pytest_xdist_make_scheduler  # noqa: F401
 from sim_bridge.engines import registry as engines
 from sim_bridge.plant import Plant, load_plant
 

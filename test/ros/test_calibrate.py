@@ -127,7 +127,7 @@ def test_a_command_of_somebody_else_ends_it_without_a_file(probe: Probe, tmp_pat
     out = tmp_path / "calibration.yaml"
     out.write_text("an older one")
     support = probe.subscribe(String, "gait/support", LATCHED)
-    probe.start("gait", enable_stamped_cmd_vel=True)
+    probe.start("gait", enable_stamped_cmd_vel=True, bias_wait=0.0)
     # Time waits for this test, which otherwise may come after the end of the calibration.
     LockstepPartner(probe.node).keep_up()
     probe.start("sim_bridge", robot_seed=ROBOT, lockstep_nodes="probe", **FAST)
