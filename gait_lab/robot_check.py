@@ -47,7 +47,7 @@ class StandRange:
         p = preset_for(robot, DEFAULT)
         half = 0.5 * robot.size * p.foot_spacing
         body, torques = BodyModel(robot), SupportTorque(robot)
-        straight = _height(body, robot, _straight(robot))
+        straight = _height(body, _straight(robot))
         reached = []
         for height in np.linspace(0.5, 1.0, HEIGHTS) * straight:
             placement = ComPlacement(robot, body, make_legs(robot))
@@ -57,7 +57,7 @@ class StandRange:
                 placed = placement.place(BodyTargets(com, *soles, 0.0, (0.0, 0.0, 0.0)))
             q = placed.position
             inside = ((q >= robot.lower - 1e-6) & (q <= robot.upper + 1e-6)).all()
-            off = abs(_height(body, robot, q) - height)
+            off = abs(_height(body, q) - height)
             if placed.residual == 0.0 and inside and off < 0.01 * height:
                 reached.append(float(height))
         self.low, self.high = (min(reached), max(reached)) if reached else (np.nan, np.nan)
@@ -82,7 +82,7 @@ def _straight(robot: RobotDescription) -> FloatArray:
     return pose
 
 
-def _height(body: BodyModel, robot: RobotDescription, pose: FloatArray) -> float:
+def _height(body: BodyModel, pose: FloatArray) -> float:
     """[m] of the CoM above the left sole."""
     body.set_joints(pose)
     _, _, z = body.com_in_torso()
@@ -96,7 +96,7 @@ def _lines(robot: RobotDescription, stand: StandRange) -> Iterator[tuple[str, st
     looked_for = f"none (looked for {robot.urdf_path.with_suffix('.yaml')})"
     yield "robot file", str(robot.robot_file or looked_for)
     yield "size", (
-        f"{robot.size:.3g} of a NAO; CoM {_height(body, robot, robot.stand_pose):.3g} m "
+        f"{robot.size:.3g} of a NAO; CoM {_height(body, robot.stand_pose):.3g} m "
         "above the soles in its stand pose"
     )
     kinds = {"SharedHipLegs": "closed form, shared hip", "YawHipLegs": "closed form"}

@@ -150,7 +150,7 @@ class Driver:
         clock: Callable[[], float] = time.monotonic,
         wall: Callable[[], int] = time.time_ns,
     ) -> None:
-        self._settings, self._clock, self._wall = settings, clock, wall
+        self._settings, self._clock = settings, clock
         self._listener = listener
         self._link: socket.socket | None = None
         self._alone_since = clock()

@@ -82,7 +82,7 @@ class Squad(AbstractContextManager["Squad"]):
     def __init__(
         self, server: Server, robot: ServerRobot, numbers: Sequence[Sequence[int]], *, exact: bool
     ) -> None:
-        self._server, self.robot, self._exact = server, robot, exact
+        self.robot, self._exact = robot, exact
         self.members = [
             Member(team, number, Client("127.0.0.1", server.port, robot.name, team, number),
                    self._agent(team, number))

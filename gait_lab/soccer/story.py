@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gait_lab.soccer.match import AT_BALL, DUEL, MatchResult, match_scene
-from gait_lab.soccer.motion_track import PERIOD, MotionTrack
+from gait_lab.soccer.motion_track import PERIOD
 from gait_lab.soccer.snapshots import RobotSnapshot, Snapshot
 from nao_soccer.game_state import Phase
 from nao_soccer.referee.rules import TOUCH, TOUCH_SPEED, Goal
@@ -92,11 +92,11 @@ class Story:
         self.teams = {robot.name: robot.team for robot in scene.robots}
         assert scene.field is not None
         self._half_length = scene.field.length / 2.0
-        self._motion: MotionTrack = result.motion
+        motion = result.motion
         self._goals = result.goals
-        self._time, self._ball = self._motion.time, self._motion.ball[:, :2]
+        self._time, self._ball = motion.time, motion.ball[:, :2]
         self._places = {
-            name: self._motion.body(index)[:, :2] for index, name in enumerate(self.teams)
+            name: motion.body(index)[:, :2] for index, name in enumerate(self.teams)
         }
         self.touches = self._find_touches()
         self.duels = self._find_duels()
