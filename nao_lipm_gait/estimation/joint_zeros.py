@@ -263,7 +263,7 @@ class _Legs:
         return np.array(self._body.com_in_torso())
 
     def tilt(self, position: FloatArray) -> FloatArray:
-        """Pitch and roll (2,) of the left sole relative to the right one."""
+        """Pitch and roll (2,) [rad] of the left sole relative to the right one."""
         self._set(position)
         left, right = (self._body.sole_in_torso(side).normal for side in (LEFT, RIGHT))
         return np.array((left[0] - right[0], right[1] - left[1]))

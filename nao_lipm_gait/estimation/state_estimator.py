@@ -374,7 +374,11 @@ class StateEstimator:
         )
 
     def detect_tipping(self) -> tuple[float, float, float, float] | None:
-        """CoM of a stand that tips, see `TippingDetector`; call it once per tick of a stand."""
+        """CoM of a stand that tips, or None; call it once per tick of a stand.
+
+        Returns:
+            x, y [m] in Q and their velocities [m/s]; see `TippingDetector`.
+        """
         p = self._p
         limit = p.stand_catch if p.feedback else 0.0
         return self._tipping.update(

@@ -83,7 +83,10 @@ class FrameSync:
     def add_joints(
         self, joints: JointSample, tilt: tuple[float, float] = UPRIGHT
     ) -> tuple[SensorFrame, ...]:
-        """Keep a joint sample; return the frames that are complete now, the oldest first."""
+        """Keep a joint sample; return the frames that are complete now, the oldest first.
+
+        Where there is no IMU sample, the torso's `tilt`, roll and pitch [rad], stands in for it.
+        """
         overdue, self._waiting = self._waiting, None
         self._repeats = 0
         if overdue is not None and overdue.stamp >= joints.stamp:

@@ -115,7 +115,7 @@ def tilt_of(quaternion: FloatArray) -> FloatArray:
 
 
 def velocity_in_heading(quaternion: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Velocities (t, 3) in the body frame -> (t, 2) forward and left in the body's heading.
+    """Velocities (t, 3) [m/s] in the body frame -> (t, 2) forward and left in its heading.
 
     The heading frame has the yaw of the body and a vertical z axis.
     """
@@ -191,7 +191,16 @@ def _apart(one: FloatArray, other: FloatArray) -> BoolArray:
 def fall_tick(
     torso_position: FloatArray, quaternion: FloatArray, standing_height: float
 ) -> int | None:
-    """First row in which the torso tilts over 45 deg or sinks under half its standing height."""
+    """First row in which the torso tilts over 45 deg or sinks under half its standing height.
+
+    Args:
+        torso_position: (t, 3) [m] in the world.
+        quaternion: (t, 4) xyzw of the torso.
+        standing_height: [m] of the torso.
+
+    Returns:
+        Its index; None without a fall.
+    """
     fallen = (tilt_of(quaternion) > FALL_TILT) | (
         torso_position[:, 2] < FALL_HEIGHT_SHARE * standing_height
     )

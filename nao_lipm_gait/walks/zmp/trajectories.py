@@ -81,5 +81,8 @@ def swing_in(t: float, duration: float, speed: float) -> float:
 
 
 def swing_out(t: float, duration: float, speed: float) -> float:
-    """Lateral motion at the stop, the mirror image in time of `swing_in`: from `speed` to rest."""
+    """Lateral motion at the stop, the mirror image in time of `swing_in`: from `speed` to rest.
+
+    Arguments and result are as there; `speed` [m/s] is that at its beginning.
+    """
     return -swing_in(duration - t, duration, speed)
