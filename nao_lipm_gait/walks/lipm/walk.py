@@ -130,14 +130,7 @@ class LipmWalk:
         self._shifts_weight = True
 
     def catch(self, x: float, y: float, vx: float, vy: float) -> None:
-        """Start to step from a stand that tips; the foot that the CoM moves to swings first.
-
-        Args:
-            x: CoM in Q, forward [m].
-            y: CoM in Q, to the left [m].
-            vx: Its velocity, forward [m/s].
-            vy: Its velocity, to the left [m/s].
-        """
+        """Step from a stand that tips, see `Walk`; the foot that the CoM moves to swings first."""
         self.start(VelocityCommand(0.0, divergent_component(y, vy, self._k), 0.0))
         tipping = self._observed.moved(x, y, vx, vy)
         self._observed = self._expected = self._predicted = self._before = tipping
@@ -166,14 +159,7 @@ class LipmWalk:
     def observe(
         self, measured_x: float, measured_y: float, acceleration: tuple[float, float] | None = None
     ) -> None:
-        """Correct the state by a measurement, eqs (11)-(14).
-
-        Args:
-            measured_x: Measured CoM in Q, forward [m].
-            measured_y: Measured CoM in Q, to the left [m].
-            acceleration: Acceleration of the torso along x and y of Q over the last tick [m/s^2];
-                None if it is not used.
-        """
+        """Correct the state by a measurement, eqs (11)-(14); see `Walk`."""
         if self._followed <= CATCH_UP:
             return  # the joints did not follow the walk
         missed, self._unobserved = self._unobserved > 1, 0

@@ -133,14 +133,7 @@ class ZmpWalk:
         self._stand(Phase.SHIFT, support, soles[support], soles[-support])
 
     def catch(self, x: float, y: float, vx: float, vy: float) -> None:
-        """Step in place, first with the unloaded foot; this walk has no other reaction.
-
-        Args:
-            x: CoM in Q, forward [m].
-            y: CoM in Q, to the left [m].
-            vx: Its velocity, forward [m/s].
-            vy: Its velocity, to the left [m/s].
-        """
+        """Step in place, first with the unloaded foot, see `Walk`; there is no other reaction."""
         self.start(VelocityCommand(0.0, -y, 0.0))
 
     def expect(self) -> Expectation:
