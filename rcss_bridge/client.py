@@ -9,8 +9,6 @@ from contextlib import AbstractContextManager
 from rcss_bridge.codec import Unframer, framed, init
 from robot_core.errors import NaoGaitError
 
-PORT = 60000
-"""The server's port for players."""
 TIMEOUT = 180.0
 """[s] that a server may be silent: it compiles its world for each player that comes or goes."""
 RETRY = 0.5

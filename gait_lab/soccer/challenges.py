@@ -118,10 +118,7 @@ class AlongWay(Planner):
         ball: Point2,
         robots: Sequence[Point2] = (),
         before: BallPlan | None = None,
-        *,
-        valid: bool = True,
-        stands: bool = False,
-        scores: bool = True,
+        **situation: bool,
     ) -> BallPlan:
         """With the foot that is nearer to its place; see `Planner`."""
         x, y = self._way.ahead(ball, BALL_AHEAD)
@@ -154,17 +151,7 @@ class AtTarget(Planner):
         super().__init__(table, limits, field, goals)
         self._target = target
 
-    def choose(
-        self,
-        own: Pose2,
-        ball: Point2,
-        robots: Sequence[Point2] = (),
-        before: BallPlan | None = None,
-        *,
-        valid: bool = True,
-        stands: bool = False,
-        scores: bool = True,
-    ) -> BallPlan:
+    def choose(self, own: Pose2, ball: Point2, *more: Any, **situation: Any) -> BallPlan:
         """By the kick that rolls as far as the target; see `Planner`."""
         far = math.dist(ball, self._target)
         kick = min(
