@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from typing import Self
+from typing import Self, TypedDict, Unpack
 
 import numpy as np
 
@@ -26,6 +26,16 @@ from sim_bridge.terrain import prisms
 MAX_BALL_SPEED = 20.0
 """[m/s] that a ball can be given."""
 _SECOND = 1_000_000_000
+
+
+class WorldOptions(TypedDict, total=False):
+    """Keyword arguments of `World`, whatever is in it."""
+
+    engine: str
+    control_period: float
+    gui: bool
+    visual: bool
+    cameras: CameraSettings | None
 
 
 class World(AbstractContextManager["World"]):
@@ -113,25 +123,14 @@ class World(AbstractContextManager["World"]):
         robot_seed: int = 0,
         noise_seed: int = 0,
         *,
-        engine: str = "pybullet",
         sensor_delay: float | None = None,
-        control_period: float = 0.01,
-        gui: bool = False,
         start_state: str = "stand",
-        cameras: CameraSettings | None = None,
         ball: Ball | None = None,
+        **options: Unpack[WorldOptions],
     ) -> Self:
         """A world with one robot; `RobotSpec` and the constructor explain the arguments."""
         spec = RobotSpec(robot, robot_seed, noise_seed, sensor_delay, start_state)
-        return cls(
-            plant,
-            [spec],
-            engine=engine,
-            control_period=control_period,
-            gui=gui,
-            cameras=cameras,
-            ball=ball,
-        )
+        return cls(plant, [spec], ball=ball, **options)
 
     @classmethod
     def of_scene(
@@ -140,24 +139,12 @@ class World(AbstractContextManager["World"]):
         plant: Plant,
         *,
         noise_seed: int = 0,
-        engine: str = "pybullet",
         sensor_delay: float | None = None,
-        control_period: float = 0.01,
-        gui: bool = False,
-        visual: bool = False,
-        cameras: CameraSettings | None = None,
+        **options: Unpack[WorldOptions],
     ) -> Self:
         """The world of a scene; `RobotSpec` and the constructor explain the arguments."""
-        return cls(
-            plant,
-            scene.robot_specs(noise_seed=noise_seed, sensor_delay=sensor_delay),
-            engine=engine,
-            control_period=control_period,
-            gui=gui,
-            visual=visual,
-            cameras=cameras,
-            scene=scene,
-        )
+        robots = scene.robot_specs(noise_seed=noise_seed, sensor_delay=sensor_delay)
+        return cls(plant, robots, scene=scene, **options)
 
     @property
     def robot(self) -> SimulatedRobot:
