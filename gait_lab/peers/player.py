@@ -49,6 +49,9 @@ class PeerPlayback:
         robot: Its joint limits apply.
         plan: What is played.
         period: Period of the control ticks [s].
+
+    Attributes:
+        status: After the last tick.
     """
 
     def __init__(self, robot: RobotDescription, plan: JointPlan, period: float):
@@ -59,7 +62,7 @@ class PeerPlayback:
         self._first: tuple[int, FloatArray] | None = None
         self._steps = 0
         self._last_support = 0
-        self._status: GaitStatus | None = None
+        self.status = peer_status(0, GaitState.STAND, "double", 0)
 
     def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
         """The pose for this tick; the command is already part of the plan."""
@@ -71,7 +74,7 @@ class PeerPlayback:
         share = min(1.0, elapsed / BLEND_TIME)
         position = start + eased(share) * (self._plan.joints[tick] - start)
         np.clip(position, self._robot.lower, self._robot.upper, out=position)
-        self._status = self._seen(frame.stamp, max(0, tick - self._lag))
+        self.status = self._seen(frame.stamp, max(0, tick - self._lag))
         return JointTargets(frame.stamp, position)
 
     def _seen(self, stamp: int, tick: int) -> GaitStatus:
@@ -82,13 +85,6 @@ class PeerPlayback:
         state = GaitState.WALK if support else GaitState.STAND
         com = as_point(self._plan.com[tick])
         return peer_status(stamp, state, _SUPPORT[support], self._steps, com)
-
-    @property
-    def status(self) -> GaitStatus:
-        """The status after the first tick."""
-        if self._status is None:
-            raise RuntimeError("no frame has been answered yet")
-        return self._status
 
 
 def peer_status(

@@ -25,7 +25,6 @@ from robot_core.types import (
     RIGHT,
     FloatArray,
     GaitState,
-    GaitStatus,
     JointTargets,
     SensorFrame,
     VelocityCommand,
@@ -72,6 +71,9 @@ class PolicyWalker:
         network: The ONNX file.
         period: Time between two frames [s].
 
+    Attributes:
+        status: After the last tick; a learned walk knows little.
+
     Raises:
         NaoGaitError: A network that cannot be read or does not fit, no onnxruntime, or a period of
             the policy that is not a multiple of that of the frames.
@@ -108,7 +110,7 @@ class PolicyWalker:
         self._action = np.zeros(len(self._driven))
         self._target = self._pose.copy()
         self._ticks = 0
-        self._status: GaitStatus | None = None
+        self.status = peer_status(0, GaitState.STAND, "double", 0)
         observed = self._observed(self._pose, np.zeros(3))
         self._network = load_network(network, len(observed), len(self._driven))
 
@@ -120,7 +122,7 @@ class PolicyWalker:
         if self._ticks % self._every == 0:
             self._act(position, gyro, np.array((command.x, command.y, command.yaw)))
         self._ticks += 1
-        self._status = peer_status(
+        self.status = peer_status(
             frame.stamp, GaitState.WALK, "left" if self._support == LEFT else "right", self._steps
         )
         return JointTargets(frame.stamp, self._target.copy())
@@ -196,13 +198,6 @@ class PolicyWalker:
                 return np.zeros(2 * len(phases))
             phases = np.array(self._policy.rest_phases)
         return np.concatenate((np.cos(phases), np.sin(phases)))
-
-    @property
-    def status(self) -> GaitStatus:
-        """The status after the first tick; a learned walk knows little."""
-        if self._status is None:
-            raise RuntimeError("no frame has been answered yet")
-        return self._status
 
 
 class TruePolicyWalker(PolicyWalker):
