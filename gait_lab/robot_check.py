@@ -118,6 +118,8 @@ def _lines(robot: RobotDescription, stand: StandRange) -> Iterator[tuple[str, st
     torques = [robot.motors[name].stall_torque for name in robot.left_leg.names]
     yield "motors", f"stall torques of a leg {min(torques):.3g} to {max(torques):.3g} N m"
     yield "from URDF", ", ".join(robot.from_urdf) or "nothing: the robot file has all"
+    for remark in robot.remarks:
+        yield "changed", remark
     yield "preset", robot.preset or "none: the NAO's, fitted to its soles and hips"
     motions = bool(robot.motions) and (share("config", "motions") / robot.motions).is_dir()
     yield "motions", robot.motions if motions else "none: it cannot get up or kick"

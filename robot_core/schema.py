@@ -173,7 +173,8 @@ class Optional(Kind):
     @property
     def allowed(self) -> str:
         """What is allowed, for error messages."""
-        return f"{self.kind.allowed}, or null"
+        allowed = self.kind.allowed
+        return f"null, or {allowed}" if "; " in allowed else f"{allowed}, or null"
 
     def check(self, where: str, value: Any) -> Any:
         """Return None or what `kind` returns."""

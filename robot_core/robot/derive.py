@@ -41,6 +41,8 @@ BEND_MIN = 0.3
 """[rad] Middle of a knee's range from which on the side is clear to which it bends."""
 LEVEL = 1e-3
 """[rad] Tilt of a level sole."""
+IN_PLANE = 0.01, 0.1
+"""[m], [rad] Of a link off the plane of the sole below it from which on it is that of the foot."""
 DAMPING = 1e-6 * np.eye(6)
 """Of the steps towards level soles."""
 REFERENCE_HEIGHT = 0.274
@@ -166,12 +168,12 @@ def completed(
         return _simple(out)
     tree = RobotTree(element, out["joints"], path)
     frames = dict(out.get("frames") or {})
-    legs = _legs(out, tree, frames, path)
+    legs = _legs(out, element, tree, frames, path)
     back = _looks_back(element, tree, legs[0]["knee_pitch"])
     if back or tree.joints[legs[0]["knee_pitch"]].position[2] > 0.0:
         _add_root(element, tree, legs, yaw=math.pi if back else 0.0)
         tree = RobotTree(element, out["joints"], path)
-        legs = _legs(out, tree, frames, path)
+        legs = _legs(out, element, tree, frames, path)
     for key, leg in zip(("left_leg", "right_leg"), legs, strict=True):
         out.setdefault(key, leg)
     root = [tree.root]
@@ -180,13 +182,14 @@ def completed(
     if all(_has(element, sole) for sole in SOLES):
         for key, sole in zip(("left_sole", "right_sole"), SOLES, strict=True):
             frames.setdefault(key, [sole])
-    if "left_sole" not in frames or "right_sole" not in frames:
+    named = "left_sole" in frames and "right_sole" in frames
+    if not named or ("sole_outline" not in out and _above_sole(element, tree, legs, frames, path)):
         outline = _add_soles(element, tree, legs, path)
         frames["left_sole"], frames["right_sole"] = [SOLES[0]], [SOLES[1]]
         out.setdefault("sole_outline", outline)
         tree = RobotTree(element, out["joints"], path)
     elif "sole_outline" not in out:
-        name = next((each for each in frames["left_sole"] if _has(element, each)), "")
+        name = next(each for each in frames["left_sole"] if _has(element, each))
         out["sole_outline"] = _outline(element, tree, legs[0], name, path)
     out["frames"] = frames
     out.setdefault("motors", _motors(element, out["joints"]))
@@ -254,7 +257,8 @@ def driven_joints(element: ET.Element, path: Path) -> list[str]:
 
 
 def _legs(
-    values: Mapping[str, Any], tree: RobotTree, frames: Mapping[str, Any], path: Path
+    values: Mapping[str, Any], element: ET.Element, tree: RobotTree, frames: Mapping[str, Any],
+    path: Path,
 ) -> tuple[dict[str, str], dict[str, str]]:
     """Joints of the left and the right leg by role."""
     if "left_leg" in values and "right_leg" in values:
@@ -267,13 +271,35 @@ def _legs(
     for side, chain in zip(("left", "right"), chains, strict=True):
         leg = chain[len(shared) :]
         if len(leg) != LEG_JOINTS:
+            held = ", ".join(_without_range(element, tree, leg))
+            beside = f"; not driven: {held}" if held else ""
             raise NaoGaitError(
-                f"{side} leg of {path}", f"{len(leg)} joints: {', '.join(leg) or 'none'}",
+                f"{side} leg of {path}", f"{len(leg)} joints: {', '.join(leg) or 'none'}{beside}",
                 "six joints from the hip to the foot; name left_leg and right_leg in the robot "
                 "file if other joints are meant",
             )  # fmt: skip
         legs.append(_roles(leg, tree, side, path))
     return legs[0], legs[1]
+
+
+def _without_range(element: ET.Element, tree: RobotTree, leg: tuple[str, ...]) -> list[str]:
+    """Joints above and below those of a leg that move but cannot be driven, with their type."""
+    moves = {_end(joint, "child"): joint for joint in element.findall("joint")}
+
+    def above(joint: ET.Element | None) -> list[str]:
+        names = []
+        while joint is not None:
+            names.append(joint.get("name", ""))
+            joint = moves.get(_end(joint, "parent"))
+        return names
+
+    chains = {joint.get("name", ""): above(joint) for joint in moves.values()}
+    lowest = leg[-1] if leg else ""
+    return [
+        f"{name} ({joint.get('type')})" for joint in moves.values()
+        if joint.get("type") != "fixed" and (name := joint.get("name", "")) not in tree.joints
+        and (lowest in chains[name] or name in chains.get(lowest, ()))
+    ]  # fmt: skip
 
 
 def _looks_back(element: ET.Element, tree: RobotTree, knee: str) -> bool:
@@ -356,6 +382,20 @@ def _foot_points(
             "a box under the foot, or sole links and a sole_outline in the robot file",
         )  # fmt: skip
     return points
+
+
+def _above_sole(
+    element: ET.Element, tree: RobotTree, legs: tuple[Mapping[str, str], ...],
+    frames: Mapping[str, Any], path: Path,
+) -> bool:
+    """The left sole is named by a link that is not in its plane, such as that of the foot."""
+    name = next((each for each in frames["left_sole"] if _has(element, each)), None)
+    if name is None:
+        raise NaoGaitError(f"link {' or '.join(frames['left_sole'])} in {path}", "missing", "a link")
+    place, (height, tilt) = tree.placement(name), IN_PLANE
+    low = float(_foot_points(element, tree, legs[0], path)[:, 2].min())
+    off, level = abs(low - float(place.translation[2])), float(place.rotation[2, 2])
+    return off > height or level < math.cos(tilt)
 
 
 def _outline(

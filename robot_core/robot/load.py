@@ -12,8 +12,13 @@ from robot_core.resources import find, names
 from robot_core.robot.derive import completed, driven_joints, relative_size
 from robot_core.robot.description import Camera, JointLimit, RobotDescription, read_only
 from robot_core.robot.mjcf import urdf_of_mjcf
-from robot_core.robot.robot_file import RobotFile, checked_robot_file, read_robot_file
-from robot_core.robot.urdf_check import check_links, checked_urdf
+from robot_core.robot.robot_file import (
+    RobotFile,
+    check_given,
+    checked_robot_file,
+    read_robot_file,
+)
+from robot_core.robot.urdf_check import check_description, check_names, checked_urdf
 from robot_core.robot.urdf_model import LARGEST_URDF, UrdfModel
 from robot_core.schema import read_text
 from robot_core.types import FloatArray, Point2
@@ -64,11 +69,14 @@ def _loaded(urdf: str | Path, robot: str | Path | None) -> RobotDescription:
     values = {} if file_path is None else read_robot_file(file_path)
     element = ET.fromstring(text)
     # First what is plainly wrong: what is derived from it, as a stand, would be blamed instead.
-    check_links(element, urdf_path)
+    check_names(element, urdf_path)
+    if file_path is not None:
+        check_given(values, file_path)
     joints = values["joints"] if "joints" in values else driven_joints(element, urdf_path)
     for name in joints if isinstance(joints, list) else ():
         if isinstance(name, str):
             model.limit(name)
+    check_description(element, urdf_path)
     given = values
     values = completed(given, element, urdf_path)
     file = checked_robot_file(values, file_path or urdf_path)

@@ -119,6 +119,17 @@ def read_robot_file(path: Path) -> dict[str, Any]:
     return found
 
 
+def check_given(values: dict[str, Any], path: Path) -> None:
+    """Check the keys that a robot file has, before others are derived from them; NaoGaitError."""
+    where = f"robot file {path}: "
+    # Of the frames a file may name some.
+    frames = values.get("frames", {})
+    Frames.checked(frames, f"{where}frames", partial=True)
+    RobotFile.checked(
+        {key: value for key, value in values.items() if key != "frames"}, where, partial=True
+    )
+
+
 def checked_robot_file(values: dict[str, Any], path: Path) -> RobotFile:
     """A whole robot file; NaoGaitError names the file, the key, its value and what is allowed."""
     where = f"robot file {path}: "

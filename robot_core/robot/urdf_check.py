@@ -27,9 +27,9 @@ ROUNDING = 1e-3
 def checked_urdf(
     text: str, path: Path, joints: Iterable[str], torso: str, soles: tuple[str, str]
 ) -> tuple[str, tuple[str, ...]]:
-    """Refuse a URDF that an engine would misread, and balance inertias that no body can have.
+    """Refuse masses and sizes that no robot has, and balance inertias that no body can have.
 
-    `check_links` has passed.
+    `check_description` has passed.
 
     Args:
         text: The URDF, which is well-formed XML of a <robot>.
@@ -45,11 +45,6 @@ def checked_urdf(
         NaoGaitError: Names the link or joint, what it has and what is allowed.
     """
     root = ET.fromstring(text)
-    _check_tree(root, path)
-    for joint in root.findall("joint"):
-        _check_joint(joint, path)
-    for link in root.findall("link"):
-        _check_shapes(link, path)
     remarks = [
         remark for link in root.findall("link") if (remark := _balanced(link, path)) is not None
     ]
@@ -58,15 +53,23 @@ def checked_urdf(
     return text, tuple(remarks)
 
 
-def check_links(root: ET.Element, path: Path) -> None:
-    """Refuse wrong names or masses of links, before anything is derived from them.
+def check_description(root: ET.Element, path: Path) -> None:
+    """Refuse a URDF that an engine would misread, before anything is derived from it.
+
+    `check_names` has passed.
 
     Raises:
-        NaoGaitError: Names the link, what it has and what is allowed.
+        NaoGaitError: Names the link or joint, what it has and what is allowed.
     """
-    _check_names(root, path)
+    _check_tree(root, path)
+    for joint in root.findall("joint"):
+        _check_joint(joint, path)
+    mass = 0.0
     for link in root.findall("link"):
-        _mass(link, path)
+        _check_shapes(link, path)
+        mass += _mass(link, path)
+    if mass == 0.0:
+        raise NaoGaitError(f"mass of the robot in {path}", mass, "links with masses (<inertial>)")
 
 
 def _mass(link: ET.Element, path: Path) -> float:
@@ -84,7 +87,8 @@ def _mass(link: ET.Element, path: Path) -> float:
     return float(value)
 
 
-def _check_names(root: ET.Element, path: Path) -> None:
+def check_names(root: ET.Element, path: Path) -> None:
+    """Refuse a xacro file, and links without a name or with that of another; NaoGaitError."""
     for element in root.iter():
         if "xacro" in str(element.tag) or any("${" in value for value in element.attrib.values()):
             allowed = "a URDF: run `xacro FILE > robot.urdf` first"

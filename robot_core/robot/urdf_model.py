@@ -129,8 +129,16 @@ class UrdfModel:
     ) -> None:
         """Refuse a leg that is not the last six moving joints from the torso to the sole.
 
-        Driven joints above them, such as a waist, are held.
+        Driven joints above them, such as a waist, are held. A leg joint that could turn more than
+        once has its limits in degrees.
         """
+        for name in leg.names:
+            limit = self.limit(name)
+            if max(-limit.lower, limit.upper) > math.tau:
+                raise NaoGaitError(
+                    f"joint {name} in {self._path}", [limit.lower, limit.upper],
+                    "limits from -6.28 to 6.28 rad (are they in degrees?)",
+                )  # fmt: skip
         above: dict[str, tuple[str, str]] = {}
         for name, joint in self._joints.items():
             parent, child = joint.find("parent"), joint.find("child")

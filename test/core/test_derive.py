@@ -1,9 +1,11 @@
 """A robot of which there is only a URDF: legs, head, arms, soles, motors and a stand from it."""
 
+import json
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -287,6 +289,12 @@ def fixed(name: str) -> object:
     return edit
 
 
+def as_continuous(root: ET.Element) -> None:
+    """Let the left hip yaw turn without end."""
+    joint = next(each for each in root.findall("joint") if each.get("name") == "Left_Hip_Yaw")
+    joint.set("type", "continuous")
+
+
 def toed(root: ET.Element) -> None:
     """Add a toe joint to the left foot."""
     ET.SubElement(root, "link", name="toe")
@@ -322,6 +330,7 @@ def without_soles(root: ET.Element) -> None:
     ("edit", "said"),
     [
         (fixed("Left_Hip_Yaw"), ("left leg", "5 joints", "six joints from the hip")),
+        (as_continuous, ("left leg", "5 joints", "not driven: part_", "(continuous)")),
         (toed, ("left leg", "7 joints", "six joints from the hip")),
         (footless, ("sole of what joint", "a box under the foot")),
     ],
@@ -345,6 +354,11 @@ def test_a_urdf_alone_that_cannot_walk_is_refused(
         ("link[@name='LTibia']/inertial/mass", "value", "nan", "mass: got 'nan'; .*finite"),
         ("joint[@name='Left_Knee_Pitch']/limit", "lower", "9", r"joint part_\d+ .*'lower': '9'"),
         ("joint[@name='Left_Knee_Pitch']/limit", "effort", "0", r"joint part_\d+ .*'effort': '0'"),
+        ("joint[@name='Left_Knee_Pitch']/limit", "upper", "126",
+         r"joint part_\d+ .*126.0\]; .*in degrees\?"),
+        ("joint[@name='Left_Knee_Pitch']/axis", "xyz", "0 0 0", r"joint part_\d+ .*: axis: got"),
+        ("joint[@name='Left_Knee_Pitch']/child", "link", "shank", "child: .*a link of this URDF"),
+        ("joint[@name='Left_Knee_Pitch']", "type", "revolut", "did you mean revolute"),
     ],
 )  # fmt: skip
 def test_a_wrong_mass_or_limit_is_named_before_a_stand_is_derived(
@@ -357,6 +371,58 @@ def test_a_wrong_mass_or_limit_is_named_before_a_stand_is_derived(
 
     file = tmp_path / "somebody.urdf"
     file.write_text(unnamed("booster_t1", edit))
+    with pytest.raises(NaoGaitError, match=said):
+        load_robot(file)
+
+
+def test_without_masses_the_masses_are_named(tmp_path: Path) -> None:
+    def edit(root: ET.Element) -> None:
+        for link in root.findall("link"):
+            for inertial in link.findall("inertial"):
+                link.remove(inertial)
+
+    file = tmp_path / "somebody.urdf"
+    file.write_text(unnamed("booster_t1", edit))
+    with pytest.raises(NaoGaitError, match=r"mass of the robot .*got 0.0"):
+        load_robot(file)
+
+
+def test_a_foot_named_as_a_sole_gets_a_sole_below_it(tmp_path: Path) -> None:
+    file = tmp_path / "somebody.urdf"
+    file.write_text(unnamed("booster_t1", without_soles))
+    alone = load_robot(file)
+    feet = []
+    for joint in (alone.left_leg, alone.right_leg):
+        root = ET.fromstring(alone.urdf)
+        last = joint.names[-1]
+        child = root.find(f"joint[@name='{last}']/child")
+        assert child is not None
+        feet.append(child.get("link"))
+    frames = {"left_sole": feet[:1], "right_sole": feet[1:]}
+    file.with_suffix(".yaml").write_text(json.dumps({"frames": frames}))
+    named = load_robot(file)
+    assert named.sole_frames == alone.sole_frames
+    np.testing.assert_allclose(named.stand_pose, alone.stand_pose)
+    np.testing.assert_allclose(named.sole_outline, alone.sole_outline)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("left_leg: [a, b]", r"left_leg: got .*a mapping of hip_yaw"),
+        ("frames: [a]", r"frames: got \['a'\]"),
+        ("frames: {imu: a}", "frames.imu: got 'a'"),
+        ("head: part_1", "head: got .*null, or a list of 2 items"),
+        ("motors: 3", "motors: got 3"),
+        ("shoulder_roll: {a: 1}", "shoulder_roll: got"),
+    ],
+)
+def test_a_bad_key_is_named_before_others_are_derived(
+    tmp_path: Path, text: str, said: str
+) -> None:
+    file = tmp_path / "somebody.urdf"
+    file.write_text(unnamed("booster_t1"))
+    file.with_suffix(".yaml").write_text(text)
     with pytest.raises(NaoGaitError, match=said):
         load_robot(file)
 

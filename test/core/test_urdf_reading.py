@@ -37,10 +37,10 @@ from urdf_edits import (
         (with_limit("LElbowYaw", upper="-3"), ("joint LElbowYaw", "lower < upper")),
         (with_limit("LElbowYaw", lower="wide"), ("joint LElbowYaw", "'lower': 'wide'")),
         (with_limit("LKneePitch", upper="0.3"), ("stand_pose of LKneePitch", "0.3 rad")),
-        (without_link("r_sole"), ("link r_sole", "missing")),
-        (without_link("torso"), ("link torso", "missing")),
+        (without_link("r_sole"), ("child: got 'r_sole'",)),
+        (without_link("torso"), ("got 'torso'", "a link of this URDF")),
         (rehung("RKneePitch", "LThigh"), ("joints from torso to r_sole", "LHipYawPitch")),
-        (rehung("LKneePitch", "LTibia"), ("joints from torso to l_sole",)),  # in a circle
+        (rehung("LKneePitch", "LTibia"), ("part of a loop",)),
         (lambda root: setattr(root, "tag", "robots"), ("<robots>",)),
     ],
 )
