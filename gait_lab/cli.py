@@ -76,6 +76,11 @@ _MATCH = (
              help="a video file (MP4), too: a picture takes about 0.04 s of processor time"),
     argument("--out", type=Path, default=Path("out/match"), metavar="DIR",
              help="replay, with --video the video, over ROS 2 logs and bag (out/match)"),
+    argument("--policy", action="append", default=[], metavar="NAME=VALUE",
+             help="how red plays beside others, without ROS 2 (--vision model or --eyes); names: "
+             "nao_gait bench match --help; may be repeated"),
+    argument("--against", action="append", default=[], metavar="NAME=VALUE",
+             help="the same of blue; may be repeated"),
     argument("--json", type=Path, metavar="FILE", help="the result as JSON"),
 )  # fmt: skip
 _RCSS = (
@@ -121,8 +126,8 @@ _ESTIMATE = (
     argument("--robot", required=True, metavar="FILE", help="shipped robot ({urdf}) or its URDF"),
     argument("--imu", default="", metavar="LINK",
              help="link of the IMU (that of the bag, or the one with imu in its name)"),
-    argument("--soles", nargs=2, default=("l_sole", "r_sole"), metavar=("LEFT", "RIGHT"),
-             help="links of the soles (l_sole r_sole)"),
+    argument("--soles", nargs=2, default=(), metavar=("LEFT", "RIGHT"),
+             help="links of the soles (l_sole r_sole, or as `nao_gait robot check` finds them)"),
     argument("--out", type=Path, default=Path("out/estimate"), metavar="DIR",
              help="figure and arrays (out/estimate)"),
     argument("--json", type=Path, dest="json_file", metavar="FILE", help="the errors as JSON"),
@@ -138,6 +143,8 @@ _VIEW = (
 _TUNE = (
     argument("study", metavar="STUDY",
              help="shipped name ({studies}) or YAML file; it names robot, plant and parameters"),
+    argument("--robot", "--urdf", metavar="NAME", dest="urdf",
+             help="shipped robot ({urdf}), or a URDF, MJCF or robot file (the study's)"),
     argument("--method", metavar="M", help="surrogate, pso, cma, tpe, random (the study's)"),
     argument("--trials", type=int, metavar="N", help="trials (the study's own)"),
     argument("--workers", type=int, metavar="N", help="processes (all cores)"),
@@ -348,7 +355,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_FAILED
     except OSError as error:  # a full disk, a folder that cannot be written
-        sys.stderr.write(f"nao_gait {command}: {one_line(error)}\n")
+        refused = NaoGaitError("file or folder", str(error.filename),
+                               f"one that can be read and written ({error.strerror})")  # fmt: skip
+        text = one_line(error) if error.filename is None else str(refused)
+        sys.stderr.write(f"nao_gait {command}: {text}\n")
         return EXIT_FAILED
     except KeyboardInterrupt:
         sys.stderr.write(f"nao_gait {command}: interrupted\n")

@@ -17,6 +17,8 @@ from sim_bridge.trials.trial import CONTROL_PERIOD, loaded_robot
 
 STAND_TIME = 1.0
 """[s] of standing at the start of an episode."""
+SPEED_MAX = 10.0
+"""[m/s, rad/s] of a command, as over ROS: degrees are beyond."""
 
 
 class WalkEnv(gymnasium.Env[FloatArray, FloatArray]):
@@ -61,13 +63,16 @@ class WalkEnv(gymnasium.Env[FloatArray, FloatArray]):
         effort: float = 0.0001,
         individuals: int = 40,
     ) -> None:
-        for name, value in (("residual", residual), ("effort", effort)):
-            if not (is_number(value) and value >= 0.0):
-                raise NaoGaitError(name, value, "a number from 0")
+        for name, value, largest, unit in (
+            ("residual", residual, np.pi, " rad"), ("effort", effort, 1e6, ""),
+        ):  # fmt: skip
+            if not (is_number(value) and 0.0 <= value <= largest):
+                raise NaoGaitError(name, value, f"a number from 0 to {largest:.3g}{unit}")
         if not (isinstance(individuals, int) and individuals > 0):
             raise NaoGaitError("individuals", individuals, "a whole number from 1")
-        if len(velocity) != 3 or not all(map(is_number, velocity)):
-            raise NaoGaitError("velocity", velocity, "x, y, yaw [m/s, m/s, rad/s]")
+        if len(velocity) != 3 or not all(is_number(v) and abs(v) <= SPEED_MAX for v in velocity):
+            allowed = f"x, y, yaw [m/s, m/s, rad/s], each from -{SPEED_MAX:g} to {SPEED_MAX:g}"
+            raise NaoGaitError("velocity", velocity, allowed)
         self._robot = loaded_robot(robot)
         self._parameters = parameters
         self._velocity = VelocityCommand(*velocity)
@@ -84,6 +89,9 @@ class WalkEnv(gymnasium.Env[FloatArray, FloatArray]):
         """Begin an episode; the robot stands and its first frame has passed the sensor delay."""
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(self._individuals))
+        for name in options or {}:
+            if name != "individual":
+                raise NaoGaitError(f"options.{name}", (options or {})[name], ("individual",))
         individual = (options or {}).get("individual", drawn)
         self._gait = Gait(self._robot, self._parameters)
         seen = self._simulation.reset(individual)

@@ -91,7 +91,10 @@ def topics_of(
     """
     robots = robots_in(topics)
     if (robot and robot not in robots) or (not robot and len(robots) > 1):
-        allowed = f"one of {', '.join(robots)}" if robots else "nothing: no robot has a name"
+        allowed = (
+            f"one of {', '.join(robots)}" if robots else
+            "without this option: the robot of this bag has no name"
+        )
         raise NaoGaitError("--robot", robot or "nothing", allowed)
     prefix = robots[robot] if robot else next(iter(robots.values()), "")
     others = tuple(f"{each}/" for each in robots.values() if each != prefix)
@@ -126,9 +129,7 @@ def find_parts(topics: Mapping[str, TopicSummary]) -> dict[str, str]:
 def missing_parts(found: Mapping[str, str]) -> list[str]:
     """What is missing in the bag, in words, and what is unknown without it."""
     return [
-        f"{part.topic} ({part.types[0]}): without it, no {part.without}"
-        if not part.without.startswith(("true", "the"))
-        else f"{part.topic} ({part.types[0]}): missing are {part.without}"
+        f"{part.topic} ({part.types[0]}), and with it {part.without}"
         for name, part in PARTS.items()
         if name not in found and not part.optional
     ]

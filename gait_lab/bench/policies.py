@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from gait_lab.bench.options import Option, Options
 from nao_soccer.behavior.duel import DuelSettings
+from robot_core.errors import NaoGaitError
 from robot_core.schema import fields, value_of
 
 POLICIES = {
@@ -25,9 +26,15 @@ NAMES = "names of --policy and --against, with their defaults:\n" + "\n".join(
 
 def policies(options: Options) -> tuple[DuelSettings, DuelSettings]:
     """Of the judged team and of the other one; raises NaoGaitError."""
-    return _policy(options.policy), _policy(options.against)
+    return policy_of(options.policy), policy_of(options.against)
 
 
-def _policy(settings: Sequence[str]) -> DuelSettings:
-    words = (setting.partition("=") for setting in settings)
-    return DuelSettings.from_mapping({name: value_of(text) for name, _, text in words}, "policy: ")
+def policy_of(settings: Sequence[str]) -> DuelSettings:
+    """The constants that these `NAME=VALUE` change; raises NaoGaitError."""
+    values = {}
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        if not equals:
+            raise NaoGaitError("policy", setting, "NAME=VALUE, such as contested=0")
+        values[name] = value_of(text)
+    return DuelSettings.from_mapping(values, "policy: ")

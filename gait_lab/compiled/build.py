@@ -28,7 +28,7 @@ AS_PYTHON = (
 )
 """Modules of the gait's root that stay Python: off the tick, pickled, or made by attrs."""
 OF_CORE = ("geometry.py", "joint_limits.py", "rate_limiter.py", "types.py")
-SHARED = ("config", "launch", "package.xml", "urdf")
+SHARED = ("config", "examples", "launch", "package.xml", "urdf")
 LINES_SHOWN = 15
 NUMBER = re.compile(r"^([A-Z][A-Z_]*) = (-?[\d.]+(?:e-?\d+)?)$", re.MULTILINE)
 """A constant of a module on a line of its own."""

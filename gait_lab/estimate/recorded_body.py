@@ -10,6 +10,7 @@ from nao_lipm_gait.whole_body.body_model import SolePose
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import as_point
 from robot_core.resources import find
+from robot_core.robot import load_robot
 from robot_core.robot.urdf_model import LARGEST_URDF
 from robot_core.schema import read_text
 from robot_core.types import FloatArray, Point3
@@ -24,7 +25,8 @@ class RecordedBody:
         robot: Shipped name or path of the URDF.
         joints: Recorded joints; all others are held at zero.
         imu: Link of the IMU; empty = the only one with "imu" in its name that is fixed to the root.
-        soles: Links of the left and the right sole.
+        soles: Links of the left and the right sole; none = l_sole and r_sole, else as `load_robot`
+            finds or adds them.
 
     Raises:
         NaoGaitError: Names the joint or link that is missing, or that does not fit.
@@ -35,10 +37,15 @@ class RecordedBody:
     """
 
     def __init__(
-        self, robot: str, joints: Sequence[str], imu: str = "", soles: Sequence[str] = SOLES
+        self, robot: str, joints: Sequence[str], imu: str = "", soles: Sequence[str] = ()
     ) -> None:
         path = find("urdf", robot)
         text = read_text(path, "URDF", LARGEST_URDF)
+        if not soles:
+            soles = SOLES
+            if not all(f'"{sole}"' in text for sole in SOLES):
+                description = load_robot(robot)
+                text, soles = description.urdf, description.sole_frames
         try:
             self._model = model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
         except (ValueError, RuntimeError) as error:

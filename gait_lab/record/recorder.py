@@ -532,6 +532,8 @@ def record(
         rclpy.try_shutdown()
     say(f"{out}: {total} messages of {len(writer.counts)} topics, "
         f"{time.monotonic() - began:.0f} s of wall time{recorder.missing}")  # fmt: skip
+    if not total:
+        say("nothing was published in this ROS domain (ROS_DOMAIN_ID): does the robot run?")
     return total
 
 

@@ -67,7 +67,7 @@ def tell(analysis: Analysis, say: Callable[[str], None]) -> None:
         say(f"  {finding.grade:5s} {finding.text}")
     for remark in analysis.walk.remarks:
         say(f"  bag   {remark}")
-    for missing in analysis.walk.missing:
+    for missing in analysis.walk.missing if analysis.walk.bag.topics else ():
         say(f"  lacks {missing}")
 
 

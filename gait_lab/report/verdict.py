@@ -257,8 +257,12 @@ def _speeds(analysis: Analysis) -> list[Finding]:
     by = "" if len(analysis.walk.truth) else " (by odometry)"
     if not missed:
         worst = min(s.reached for s in asked if s.reached is not None)
-        found.append(Finding(GOOD, f"All {len(asked)} commanded speeds were reached{by}; the least "
-                                   f"of them to {100 * worst:.0f} %."))  # fmt: skip
+        reached = f"to {100 * worst:.0f} %"
+        text = (
+            f"The commanded speed was reached {reached}{by}." if len(asked) == 1 else
+            f"All {len(asked)} commanded speeds were reached{by}; the least of them {reached}."
+        )
+        found.append(Finding(GOOD, text))
     for stretch in missed:
         share = 100 * (stretch.reached or 0.0)
         grade = FAIR if share >= 75 else BAD
@@ -400,7 +404,7 @@ def _odometry(analysis: Analysis) -> list[Finding]:
         return []  # a robot that stands shows nothing about its odometry
     x, y, yaw = paths.error[np.isfinite(paths.error).all(axis=1)][-1].tolist()
     off = math.hypot(x, y)
-    text = f"Odometry ends {100 * off:.0f} cm and {math.degrees(yaw):+.0f}° off the truth"
+    text = f"Odometry ends {100 * off:.0f} cm and {round(math.degrees(yaw)) + 0:+d}° off the truth"
     errors = [abs(yaw) / ODOMETRY_HEADING]
     if paths.length > WAY:
         share = off / paths.length

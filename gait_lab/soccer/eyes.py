@@ -10,6 +10,7 @@ from gait_lab.channel import Channel
 from gait_lab.soccer.percept_model import OtherRobot, PerceptModel
 from gait_lab.vision.percept_errors import PerceptErrors
 from nao_soccer.vision.percepts import Percepts
+from robot_core.errors import NaoGaitError
 from robot_core.field import Field, Goals
 from robot_core.geometry import rotation_matrix
 from robot_core.robot import RobotDescription
@@ -63,6 +64,9 @@ class ModelEyes:
         self._model = PerceptModel(errors, field, goals, seed)
         self._delay = round(errors.delay * 1e9)
         self._cameras = cameras_of(robot)
+        if not self._cameras:
+            allowed = "a robot with `cameras` in its robot file"
+            raise NaoGaitError("cameras", f"none on {robot.name}", allowed)
         self._period = round(IMAGE_PERIOD * 1e9) // len(self._cameras)
         self._next_image = 0
         self._camera = 0

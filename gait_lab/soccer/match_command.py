@@ -2,16 +2,19 @@
 
 import json as json_format
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from gait_lab.bench.policies import policy_of
 from gait_lab.soccer.match import MatchResult, MatchSpec, match_scene, play_match
 from gait_lab.soccer.match_progress import MatchProgress
 from gait_lab.soccer.replay_page import three_js, write_replay
 from gait_lab.terminal import EXIT_OK
+from nao_soccer.behavior.duel import DuelSettings
 from robot_core.errors import NaoGaitError
+from robot_core.schema import require_writable
 
 MINUTES = (0.1, 60.0)
 """Shortest and longest half [min]."""
@@ -29,6 +32,8 @@ def play(
     video: bool,
     out: Path,
     json: Path | None,
+    policy: Sequence[str] = (),
+    against: Sequence[str] = (),
     **match: Any,
 ) -> int:
     """Play a match over ROS 2 (vision `camera`) or without (`model`, or `eyes`); the exit status.
@@ -42,13 +47,19 @@ def play(
         video: Write a video file, too.
         out: Folder of replay, video, logs and bag.
         json: File of the result; None = none.
+        policy: `NAME=VALUE` of how red plays beside others; only without ROS 2.
+        against: The same of blue.
         match: Fields of `MatchSpec`.
 
     Raises:
         NaoGaitError: It cannot be played.
     """
-    spec = MatchSpec(**match)
+    spec = MatchSpec(**match, red=policy_of(policy), blue=policy_of(against))
     _check(spec)
+    over_ros = vision == "camera" and eyes is None
+    if over_ros and (policy or against):
+        given = " ".join((*policy, *against))
+        raise NaoGaitError("--policy", given, "with --vision model or --eyes, without ROS 2")
     if real_time and vision == "model":
         raise NaoGaitError("--real-time", "with --vision model", "--vision camera")
     if composed and (vision == "model" or eyes is not None):
@@ -63,9 +74,11 @@ def play(
     if video:
         import_module("imageio_ffmpeg")
     out.mkdir(parents=True, exist_ok=True)
+    if json is not None:
+        require_writable(json, "json")
     began = clock.monotonic()
     status = EXIT_OK
-    if vision == "camera" and eyes is None:
+    if over_ros:
         from gait_lab.soccer import ros_match
 
         with MatchProgress() as progress:
@@ -97,6 +110,16 @@ def _check(spec: MatchSpec) -> None:
     match_scene(spec)
 
 
+def _changed(spec: MatchSpec) -> str:
+    """What of the teams' policies is not the default."""
+    usual = DuelSettings().as_dict()
+    return "".join(
+        f", {team} {name}={value:g}"
+        for team, policy in (("red", spec.red), ("blue", spec.blue))
+        for name, value in policy.as_dict().items() if value != usual[name]
+    )  # fmt: skip
+
+
 def _finish(
     result: MatchResult,
     seconds: float,
@@ -108,12 +131,11 @@ def _finish(
     """Write replay and JSON, and say the result."""
     spec = result.spec
     subtitle = (
-        f"{spec.scene}, seed {spec.seed}, {spec.engine}, vision by {vision}; "
+        f"{spec.scene}, seed {spec.seed}, {spec.engine}, vision by {vision}{_changed(spec)}; "
         f"{result.seconds:.0f} s simulated in {seconds:.0f} s"
     )
     write_replay(replay, result, subtitle)
     if json is not None:
-        json.parent.mkdir(parents=True, exist_ok=True)
         json.write_text(json_format.dumps(result.as_json(), indent=2) + "\n", encoding="utf-8")
     say(f"red {result.score['red']} : {result.score['blue']} blue")
     for goal in result.goals:

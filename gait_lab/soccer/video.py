@@ -20,6 +20,7 @@ from robot_core.field import Field
 from robot_core.robot.camera import CameraView, Intrinsics, RgbImage, looking
 from robot_core.types import FloatArray
 from sim_bridge.state import StartState
+from sim_bridge.trials.progress import Progress
 from sim_bridge.trials.trial import make_scene_world
 
 SIZE = 640, 360
@@ -50,8 +51,11 @@ def write_video(path: Path, result: MatchResult) -> None:
         str(path), SIZE, fps=round(1.0 / PERIOD), codec="libx264", quality=6, macro_block_size=8
     )
     video.send(None)
-    for picture in pictures(result):
-        video.send(np.ascontiguousarray(picture))
+    assert result.motion is not None
+    total = int(shown(result.motion.time, result.frames).sum())
+    with Progress(pictures(result), total=total, unit="picture", desc="video") as progress:
+        for picture in progress:
+            video.send(np.ascontiguousarray(picture))
     video.close()
 
 

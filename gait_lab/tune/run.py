@@ -41,6 +41,7 @@ class TuneOptions:
     out: Path | None = None
     seed: int = 0
     engine: str | None = None
+    urdf: str | None = None
     confirm: bool = True
     places: tuple[str, ...] = ()
 
@@ -83,7 +84,9 @@ def run(options: TuneOptions, say: Callable[[str], None]) -> Result | None:
         NaoGaitError: The study or an option is invalid, which is raised before the first trial; or
             the results cannot be written.
     """
-    study = load_study(options.study, options.engine, options.trials, options.places)
+    study = load_study(
+        options.study, options.engine, options.trials, options.places, options.urdf
+    )
     count = worker_count(options.workers)
     method = options.method or study.file.method
     _check_method(method, options.seed, len(study.file.parameters))

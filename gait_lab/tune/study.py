@@ -4,6 +4,7 @@ The file is checked completely before a robot walks.
 """
 
 import hashlib
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -165,6 +166,7 @@ def load_study(
     engine: str | None = None,
     trials: int | None = None,
     places: Sequence[str] = (),
+    urdf: str | None = None,
 ) -> Study:
     """Load a study.
 
@@ -173,6 +175,7 @@ def load_study(
         engine: Replaces the engine of the file.
         trials: Replaces the number of trials of the file.
         places: Replaces the places of the confirmation; ENGINE/PLANT each.
+        urdf: Replaces the robot of the file; ranges that do not hold its start are widened.
 
     Raises:
         NaoGaitError: The file cannot be read, or a key or value is not allowed.
@@ -180,16 +183,24 @@ def load_study(
     path = find("studies", name_or_path)
     values = schema.read_yaml(path, "study")
     if isinstance(values, dict):
-        given = {"engine": engine, "trials": trials}
+        given = {"engine": engine, "trials": trials, "urdf": urdf}
+        if urdf is None and isinstance(values.get("urdf"), str):
+            beside = path.parent / values["urdf"]
+            given["urdf"] = str(beside) if os.path.isfile(beside) else values["urdf"]
         values |= {key: value for key, value in given.items() if value is not None}
         confirm = values.get("confirm", {})
         if places and isinstance(confirm, dict):
             values["confirm"] = {**confirm, "places": list(places)}
-    return parse_study(values, path.stem)
+    return parse_study(values, path.stem, widened=urdf is not None)
 
 
-def parse_study(values: Any, name: str = "study") -> Study:
+def parse_study(values: Any, name: str = "study", *, widened: bool = False) -> Study:
     """Check the content of a study file.
+
+    Args:
+        values: What the file holds.
+        name: Name of the study where the file has none.
+        widened: Ranges grow to where the robot begins; else they must hold it.
 
     Raises:
         NaoGaitError: A key or value is not allowed.
@@ -199,6 +210,12 @@ def parse_study(values: Any, name: str = "study") -> Study:
         _check_range(varied, ends)
     changes = GaitParameters.checked(file.start, "study.start", partial=True)
     start = preset_for(load_robot(file.urdf), file.preset).replace(**changes)
+    if widened:
+        ranges = {
+            varied: (min(low, getattr(start, varied)), max(high, getattr(start, varied)))
+            for varied, (low, high) in file.parameters.items()
+        }
+        file = file.replace(parameters=ranges)
     for varied, (low, high) in file.parameters.items():
         at = getattr(start, varied)
         if not low <= at <= high:

@@ -454,6 +454,8 @@ def run(
     Raises:
         NaoGaitError: If the port cannot be used or the namespace is invalid.
     """
+    if not duration > 0.0:
+        raise NaoGaitError("duration", duration, "more than 0 s")
     with stop_on_signal() as stop, ros_node("nao_gait_view", namespace) as node:
         from rclpy.executors import SingleThreadedExecutor
 

@@ -391,7 +391,8 @@ def _above_sole(
     """The left sole is named by a link that is not in its plane, such as that of the foot."""
     name = next((each for each in frames["left_sole"] if _has(element, each)), None)
     if name is None:
-        raise NaoGaitError(f"link {' or '.join(frames['left_sole'])} in {path}", "missing", "a link")
+        links = " or ".join(frames["left_sole"])
+        raise NaoGaitError(f"link {links} in {path}", "missing", "a link")
     place, (height, tilt) = tree.placement(name), IN_PLANE
     low = float(_foot_points(element, tree, legs[0], path)[:, 2].min())
     off, level = abs(low - float(place.translation[2])), float(place.rotation[2, 2])

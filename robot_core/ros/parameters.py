@@ -1,5 +1,6 @@
 """ROS parameters from fields of the schema: declared, checked at start and on every change."""
 
+import difflib
 import math
 from collections.abc import Callable, Generator, Iterable
 from typing import Any, TypeVar
@@ -209,8 +210,13 @@ def warn_of_unknown_overrides(node: Node, known: Iterable[str]) -> None:
     for name in sorted(given - set(known) - _OF_RCLPY):
         if not name.startswith("qos_overrides."):
             node.get_logger().warning(
-                f"parameter {name}: unknown and ignored; see `ros2 param list`"
+                f"parameter {name}: unknown and ignored{_meant(name, known)}"
             )
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    near = difflib.get_close_matches(name, known, 1)
+    return f"; did you mean {near[0]}?" if near else "; see docs/ros.md"
 
 
 def load_parameter_file(node: Node, field: Field, load: Callable[[str], Loaded]) -> Loaded:

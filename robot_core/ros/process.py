@@ -15,7 +15,7 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from robot_core.errors import NaoGaitError, one_line
 
@@ -229,7 +229,7 @@ def run(
         rclpy_implementation.RCLError,
     )
     arguments = list(sys.argv if args is None else args)
-    parser = argparse.ArgumentParser(prog=name, description=description)
+    parser = _Parser(prog=name, description=description)
     parser.add_argument(
         "--ros-args", help="ROS arguments follow: -p parameter:=value, -r from:=to, ..."
     )
@@ -294,7 +294,19 @@ def _fail(name: str, node: "Node | None", error: Exception) -> int:
     return FAILED
 
 
+_PARAMETERS = "--ros-args -p NAME:=VALUE, without spaces around :="
+
+
+class _Parser(argparse.ArgumentParser):
+    """Refuses in one line, and says how a node gets its parameters."""
+
+    def error(self, message: str) -> NoReturn:
+        raise NaoGaitError("arguments", message, _PARAMETERS)
+
+
 def _refuse(name: str, error: Exception) -> int:
     message = " ".join(str(error).split())
+    if message.startswith("Failed to parse ROS arguments"):
+        message = f"{message.partition(' Error:')[0]} allowed: {_PARAMETERS}"
     print(f"{name}: {message}", file=sys.stderr)  # the logger may not exist yet
     return REFUSED

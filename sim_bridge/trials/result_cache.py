@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from robot_core.errors import NaoGaitError
-from robot_core.schema import read_text
+from robot_core.schema import read_text, require_writable
 
 _KEY = "run"
 LARGEST = 256 * 1024 * 1024
@@ -30,13 +30,14 @@ class ResultCache:
             the result but its first, which is the run itself, as JSON keeps them; lists as tuples.
 
     Raises:
-        NaoGaitError: The file cannot be read.
+        NaoGaitError: The file cannot be read or written.
     """
 
     def __init__(self, path: str, restore: Callable[..., Any]) -> None:
         self._path = Path(path)
         self._restore = restore
         self._lines: dict[str, Mapping[str, Any]] = {}
+        require_writable(self._path, "resume")
         if not self._path.exists():
             return
         try:

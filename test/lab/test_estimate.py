@@ -17,7 +17,8 @@ from gait_lab.estimate.command import errors, truth_of
 from gait_lab.estimate.estimator import by_legs_alone, estimate, quiet_stand
 from gait_lab.estimate.recorded_body import RecordedBody
 from gait_lab.estimate.sensor_log import load_log
-from robot_core.resources import share
+from robot_core.resources import find, share
+from robot_core.robot import load_robot
 from urdf_edits import Xml, edited_urdf
 
 ICUB = Path(os.environ.get("NAO_GAIT_ICUB_WALK", "/nowhere"))
@@ -205,6 +206,23 @@ def test_the_imu_is_the_only_one_that_is_fixed_to_the_root(walk: Path, tmp_path:
     for link in ("l_sole", "tail"):
         with pytest.raises(ValueError, match=link):
             RecordedBody(ROBOT, names, imu=link)
+
+
+def test_a_robot_without_sole_links_gets_them(tmp_path: Path) -> None:
+    text = find("urdf", "booster_t1").read_text()
+    text = re.sub(r'name="booster_t1"', 'name="somebody"', text)
+    text = re.sub(r'\b(joint name|link|name)="(?!somebody)', r'\1="my_', text)
+    path = tmp_path / "somebody.urdf"
+    path.write_text(text)
+    assert '"l_sole"' not in text
+    robot = load_robot(path)
+    body = RecordedBody(str(path), robot.joint_names, imu=robot.imu_frame)
+    named = RecordedBody(
+        str(path), robot.joint_names, robot.imu_frame, ("my_l_sole", "my_r_sole")
+    )
+    stand = robot.stand_pose
+    for sole, given in zip(body.set_joints(stand)[1:], named.set_joints(stand)[1:], strict=True):
+        assert sole.position[2] == pytest.approx(given.position[2], abs=0.005)
 
 
 def test_a_log_that_is_no_file_is_refused(tmp_path: Path) -> None:

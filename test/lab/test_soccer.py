@@ -3,13 +3,16 @@
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+from gait_lab.bench.policies import policy_of
 from gait_lab.bench.suites.abilities import AbilitySpec, play_ability
 from gait_lab.bench.suites.solo import SoloSpec, play_solo
 from gait_lab.soccer.kick_table import table
 from gait_lab.soccer.match import BallWatch, Match, MatchResult, MatchSpec, match_scene
+from gait_lab.soccer.match_command import play
 from gait_lab.soccer.pitch import Pitch, is_upright
 from gait_lab.soccer.snapshots import (
     RobotSnapshot,
@@ -18,6 +21,7 @@ from gait_lab.soccer.snapshots import (
     is_turned,
     wrong_half,
 )
+from nao_soccer.behavior.duel import DuelSettings
 from nao_soccer.behavior.kicks import load_kicks
 from nao_soccer.game_state import GameState, Phase
 from nao_soccer.referee.rules import Goal, PutRobot, RobotPlace
@@ -150,6 +154,40 @@ def test_a_match_that_cannot_be_played_is_refused(spec: MatchSpec, message: str)
         match_scene(spec)
 
 
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"policy": ["contested"]}, "NAME=VALUE"),
+        ({"policy": ["contest=1"]}, "did you mean contested"),
+        ({"vision": "camera", "policy": ["contested=0"]}, "without ROS 2"),
+        ({"json": "folder"}, "json: got .*a file that can be written"),
+    ],
+)
+def test_what_a_match_cannot_do_is_said_before_it(
+    tmp_path: Path, options: dict[str, Any], said: str
+) -> None:
+    json = tmp_path / options.pop("json") if "json" in options else None
+    if json is not None:
+        json.mkdir()
+    given = {
+        "vision": "model", "eyes": None, "real_time": False, "composed": False, "video": False,
+    } | options  # fmt: skip
+    with pytest.raises(NaoGaitError, match=said):
+        play(lambda _: None, out=tmp_path / "match", json=json, minutes=0.1, **given)
+
+
+def test_a_policy_is_that_of_one_team() -> None:
+    assert policy_of(["contested=0", "lift=0.4"]) == DuelSettings(contested=0.0, lift=0.4)
+    assert policy_of([]) == DuelSettings()
+
+
+def test_a_robot_without_cameras_cannot_play(tmp_path: Path) -> None:
+    blind = tmp_path / "blind.yaml"
+    blind.write_text("base: nao_h21\nurdf: nao_h21_v33\ncameras: {}\n")
+    with pytest.raises(NaoGaitError, match="cameras: got"):
+        Match(MatchSpec(robots=1, minutes=0.1, urdf=str(blind)))
+
+
 def test_the_written_table_of_kicks_can_be_read(tmp_path: Path) -> None:
     kicks = [
         KickResult(KickSpec("kick_front_left", robot_seed=seed), 1.0 + seed, 0.1, 1.2, True, 2.9)
@@ -196,7 +234,7 @@ def test_a_duel_lasts_while_both_teams_are_at_the_ball_and_a_ball_that_lies_rest
     pitch = SimpleNamespace(ball=(0.0, 0.0), scene=SimpleNamespace(robots=robots))
     watch = BallWatch(SimpleNamespace(referee=referee, pitch=pitch))  # type: ignore[arg-type]
 
-    def play(seconds: float, blue: float, *, upright: bool = True, speed: float = 0.0) -> None:
+    def pass_time(seconds: float, blue: float, *, upright: bool = True, speed: float = 0.0) -> None:
         for _ in range(round(10 * seconds)):
             pitch.ball = pitch.ball[0] + 0.1 * speed, 0.0
             x = pitch.ball[0]
@@ -205,15 +243,15 @@ def test_a_duel_lasts_while_both_teams_are_at_the_ball_and_a_ball_that_lies_rest
                 "blue1": RobotPlace((x + blue, 0.0), upright),
             })  # fmt: skip
 
-    play(0.1, 2.0)
-    play(4.0, 2.0, speed=0.5)
-    play(3.0, 0.3)
-    play(0.6, 0.8)  # a short break
-    play(2.0, 0.3)
-    play(2.0, 0.3, upright=False)
-    play(0.5, 0.3)  # too short for a duel
+    pass_time(0.1, 2.0)
+    pass_time(4.0, 2.0, speed=0.5)
+    pass_time(3.0, 0.3)
+    pass_time(0.6, 0.8)  # a short break
+    pass_time(2.0, 0.3)
+    pass_time(2.0, 0.3, upright=False)
+    pass_time(0.5, 0.3)  # too short for a duel
     referee.phase = Phase.SET
-    play(3.0, 0.3)
+    pass_time(3.0, 0.3)
     assert watch.duels == pytest.approx([5.5], abs=0.15)
     assert watch.playing == pytest.approx(12.1)
     assert watch.rest == pytest.approx(8.1 / 12.1, abs=0.02)

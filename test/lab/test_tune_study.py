@@ -47,6 +47,23 @@ def test_the_second_papers_study_has_five_parameters_and_52_steps() -> None:
     assert study.file.trials * len(study.file.robots) + in_finals <= 74 * len(study.file.robots)
 
 
+def test_another_robot_begins_at_its_own_preset_in_ranges_that_hold_it() -> None:
+    study = load_study("omni", urdf="op3")
+    shipped = load_study("omni").file.parameters
+    assert study.file.urdf == "op3"
+    assert study.start_values != load_study("omni").start_values
+    for parameter, (low, high) in study.file.parameters.items():
+        assert low <= study.start_values[parameter] <= high
+        assert low <= shipped[parameter][0] < shipped[parameter][1] <= high
+
+
+def test_a_robot_beside_the_study_is_found(tmp_path: Path) -> None:
+    (tmp_path / "mine.urdf").write_text(share("urdf", "nao_h21_v40.urdf").read_text())
+    study = tmp_path / "study.yaml"
+    study.write_text(yaml.safe_dump({**GOOD, "urdf": "mine.urdf"}))
+    assert load_study(str(study)).file.urdf == str(tmp_path / "mine.urdf")
+
+
 def test_the_digest_sees_everything_that_a_score_depends_on(tmp_path: Path) -> None:
     soft, plant = "base: reference\nmotor: {lag: 0.02}\n", tmp_path / "mine.yaml"
     plant.write_text(soft, encoding="utf-8")

@@ -102,11 +102,18 @@ def test_limp_legs_by_large_residuals_terminate_with_a_penalty() -> None:
 @pytest.mark.parametrize(
     ("arguments", "field"),
     [({"residual": -0.1}, "residual"), ({"velocity": (0.1,)}, "velocity"),
+     ({"velocity": (0.0, 0.0, 30.0)}, "velocity"), ({"residual": 5.0}, "residual.*3.14 rad"),
      ({"individuals": 0}, "individuals"), ({"robot": "hans"}, "robot: got")],
 )  # fmt: skip
 def test_wrong_arguments_are_refused(arguments: dict, field: str) -> None:
     with pytest.raises(NaoGaitError, match=field):
         gymnasium.make(WALK, **arguments)
+
+
+def test_an_unknown_option_of_reset_is_refused() -> None:
+    env = gymnasium.make(WALK)
+    with pytest.raises(NaoGaitError, match="did you mean individual"):
+        env.reset(seed=1, options={"individul": 7})
 
 
 def test_an_action_out_of_bounds_is_refused() -> None:
