@@ -157,11 +157,12 @@ class ImuAxes:
             self._judge()
 
     def _in_band(self, signals: FloatArray) -> FloatArray:
-        for low, time in zip(
-            self._stages, (SMOOTH_TIME, SMOOTH_TIME, BAND_TIME, BAND_TIME), strict=True
-        ):
+        """The signals (7,) behind two low passes and two high passes of the first order."""
+        for stage, low in enumerate(self._stages):
+            smooths = stage < 2
+            time = SMOOTH_TIME if smooths else BAND_TIME
             low += self._dt / (time + self._dt) * (signals - low)
-            signals = low.copy() if time == SMOOTH_TIME else signals - low
+            signals = low.copy() if smooths else signals - low
         return signals
 
     def _judge(self) -> None:

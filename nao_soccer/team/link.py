@@ -183,7 +183,8 @@ class TeamLink:
             if budget <= self._players:
                 return None
             period = max(period, remaining * self._players / budget)
-            soonest = soonest if period == PERIOD else period
+            if period > PERIOD:
+                soonest = period
             self._silence = max(SILENCE, SILENT_PERIODS * period)
         since = time - self._last_sent
         if since < period - 1e-6 and not (urgent and since >= soonest):
