@@ -6,6 +6,7 @@ a signal must already end the process quietly. Both nodes and the tools use this
 
 import argparse
 import gc
+import itertools
 import os
 import signal
 import socket
@@ -234,6 +235,10 @@ def run(
         "--ros-args", help="ROS arguments follow: -p parameter:=value, -r from:=to, ..."
     )
     try:
+        # rcl would take robot:=nao_v6, as for ros2 launch, for a remapping of a name.
+        for word in itertools.takewhile("--ros-args".__ne__, arguments[1:]):
+            if ":=" in word:
+                raise NaoGaitError("arguments", word, _PARAMETERS)
         plain = remove_ros_args(arguments)[1:]
         if plain:
             parser.parse_args(plain)

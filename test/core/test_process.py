@@ -14,9 +14,12 @@ from robot_core.ros.process import (
     LAST_DOMAIN,
     PORT_BASE,
     PORT_GAIN,
+    REFUSED,
     DomainClaim,
     StopRequest,
     domain_id,
+    run,
+    spin,
     stay_local,
     stop_on_signal,
 )
@@ -61,6 +64,22 @@ def test_beside_the_main_thread_signals_are_left_alone() -> None:
     assert len(seen) == 1
     assert not seen[0]
     assert signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["robot:=nao_v6"], ["--robot", "nao_v6"], ["-p", "robot:=nao_v6"],
+     ["--ros-args", "-p", "robot=nao_v6"]],
+)  # fmt: skip
+def test_arguments_that_are_no_ros_arguments_are_refused_in_one_line(
+    words: list[str], capfd: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("rclpy")
+    assert run("gait", "The walk.", [], spin, ["gait", *words], StopRequest()) == REFUSED
+    said = capfd.readouterr().err
+    assert said.startswith("gait: ")
+    assert said.count("\n") == 1
+    assert "allowed: --ros-args -p NAME:=VALUE" in said
 
 
 @pytest.mark.parametrize("text", ["233", "-1", "1.5", "abc", "0x1", "\u0663", "9" * 5000, " 1"])
