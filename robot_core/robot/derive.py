@@ -388,11 +388,16 @@ def _above_sole(
     element: ET.Element, tree: RobotTree, legs: tuple[Mapping[str, str], ...],
     frames: Mapping[str, Any], path: Path,
 ) -> bool:
-    """The left sole is named by a link that is not in its plane, such as that of the foot."""
+    """The left sole is named by a link that is not in its plane, such as that of the foot.
+
+    Where the description has links of `SOLES`, these or the named ones are taken as they are.
+    """
     name = next((each for each in frames["left_sole"] if _has(element, each)), None)
     if name is None:
         links = " or ".join(frames["left_sole"])
         raise NaoGaitError(f"link {links} in {path}", "missing", "a link")
+    if any(_has(element, sole) for sole in SOLES):
+        return False
     place, (height, tilt) = tree.placement(name), IN_PLANE
     low = float(_foot_points(element, tree, legs[0], path)[:, 2].min())
     off, level = abs(low - float(place.translation[2])), float(place.rotation[2, 2])

@@ -406,6 +406,29 @@ def test_a_foot_named_as_a_sole_gets_a_sole_below_it(tmp_path: Path) -> None:
     np.testing.assert_allclose(named.sole_outline, alone.sole_outline)
 
 
+def test_links_that_are_called_soles_are_taken_as_they_are(tmp_path: Path) -> None:
+    root = ET.fromstring(unnamed("booster_t1"))
+    kept = new_name("booster_t1", "l_sole"), new_name("booster_t1", "r_sole")
+    text = ET.tostring(root, encoding="unicode")
+    for old, new in zip(kept, ("l_sole", "r_sole"), strict=True):
+        text = text.replace(f'"{old}"', f'"{new}"')
+    root = ET.fromstring(text)
+    for name in ("l_sole", "r_sole"):
+        joint = next(
+            each for each in root.findall("joint")
+            if (child := each.find("child")) is not None and child.get("link") == name
+        )  # fmt: skip
+        origin = joint.find("origin")
+        assert origin is not None
+        x, y, z = map(float, origin.get("xyz", "").split())
+        origin.set("xyz", f"{x} {y} {z + 0.02}")
+    file = tmp_path / "somebody.urdf"
+    file.write_text(ET.tostring(root, encoding="unicode"))
+    robot = load_robot(file)
+    assert robot.sole_frames == ("l_sole", "r_sole")
+    assert robot.urdf.count('link name="l_sole"') == 1
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
