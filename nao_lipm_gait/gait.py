@@ -306,7 +306,9 @@ class Gait:
             if support != support_before:
                 base = self._estimator.odometry.base_footprint_in_odom
                 reach, lift = p.kick_reach, p.swing_lift
-                self._step_kick.begin_step(-support, base, p.foot_spacing, reach, lift)
+                self._walk.lengthen(
+                    self._step_kick.begin_step(-support, base, p.foot_spacing, reach, lift)
+                )
             targets = self._step_kick.apply(
                 targets, support, self._walk.time_left, dt if moves_on else 0.0
             )

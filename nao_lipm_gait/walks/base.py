@@ -204,6 +204,9 @@ class Walk(Protocol):
             Targets for the time at which a command sent now takes effect.
         """
 
+    def lengthen(self, ahead: float) -> None:
+        """Land the foot that swings farther ahead [m], as far as the walk can; this step alone."""
+
     def replan(self) -> BodyTargets:
         """The targets of the last `plan` again, by what has been measured since."""
 

@@ -1,8 +1,9 @@
 """Kicks in the walk: in its next step a foot swings through the ball, and lands where it would.
 
-The walk plans its steps as ever; only the way of the swing foot gets longer, and as high as usual
-where feet are kept low: a low one gives the ball half of its way. The placement of the CoM answers
-the moving leg. So a kick needs no stop, and costs no more balance than its swing.
+A kick is a longer step, as far as the pendulum allows, whose foot swings out still farther and is
+back before it lands: what is left of the swing at the landing would pull the support foot from
+under the robot. The foot is lifted as high as usual where feet are kept low, since a low one gives
+the ball half of its way. The placement of the CoM answers the moving leg. So a kick needs no stop.
 """
 
 from collections.abc import Sequence
@@ -13,8 +14,11 @@ from nao_lipm_gait.walks.swing_foot import raised_cosine
 from robot_core.geometry import relative
 from robot_core.types import LEFT, Point2, Pose2
 
-BEGIN, END = 0.3, 0.95
-"""Shares of the step between which it does so: the foot is up, and fast where it meets the ball."""
+BEGIN, END = 0.3, 0.7
+"""Shares of the step between which the foot swings out and back: it is up, and joints that lag by a
+fifth of a step are back at its end."""
+LONGER = 0.3
+"""By how much longer the step is, over the reach of the swing."""
 BALL = 0.05
 """[m] Radius of a ball that the request does not give, about."""
 BEFORE, BEYOND = 0.05, 0.075
@@ -50,15 +54,16 @@ class StepKick:
     def begin_step(
         self, foot: int, base_footprint_in_odom: Pose2, spacing: float, reach: float,
         lift: float,
-    ) -> None:  # fmt: skip
+    ) -> float:  # fmt: skip
         """A foot, LEFT or RIGHT, begins to swing: kick, if the ball lies on its way.
 
         `spacing` [m] is the distance between the ankles; the foot swings by `reach` [m] beyond its
-        way, and is lifted by `lift` [m] at least.
+        way, and is lifted by `lift` [m] at least. Returns by how much [m] longer the step has to
+        be; 0 without a kick.
         """
         self._phase, self._way, self._lift = 0.0, (0.0, 0.0), lift
         if self._goal is None:
-            return
+            return 0.0
         x, y, direction = relative(self._goal, base_footprint_in_odom)
         side = 1.0 if foot == LEFT else -1.0
         y, outwards = side * y - 0.5 * spacing, side * remainder(direction, tau)
@@ -68,6 +73,8 @@ class StepKick:
         along, across = x * ux + y * uy - touching, x * uy - y * ux
         if -BEFORE < along < BEYOND and abs(across) < BESIDE:
             self._goal, self._way = None, (reach * ux, side * reach * uy)
+            return max(0.0, LONGER * self._way[0])
+        return 0.0
 
     def apply(
         self, targets: BodyTargets, support: int, time_left: float, dt: float

@@ -311,3 +311,23 @@ def test_the_acceleration_of_a_push_moves_the_next_foot(sign: float) -> None:
     steps = side_steps({tick: sign * 6.0 for tick in range(100, 110)})
     assert max(map(abs, steps[:100])) < 1e-6
     assert max(map(abs, steps[100:])) > 0.005
+
+
+def test_one_step_gets_longer_within_its_limit() -> None:
+    def steps(ahead: float) -> list[float]:
+        """The sizes [m] of the steps in their middle; the sixth is asked to be longer."""
+        walk, sizes, left = started(FORWARD), [], 0.0
+        while len(sizes) < 8:
+            run(walk, FORWARD, 1)
+            if walk.time_left < 0.1 <= left:
+                sizes.append(walk.step_size[0])
+            if len(sizes) == 5 and walk.time_left > left:
+                walk.lengthen(ahead)
+            left = walk.time_left
+        return sizes
+
+    usual, longer, longest = steps(0.0), steps(0.03), steps(1.0)
+    assert longer[:5] == usual[:5]
+    assert longer[5] == pytest.approx(usual[5] + 0.03)
+    assert longer[6:] == pytest.approx(usual[6:], abs=2e-3)  # and no other one
+    assert longest[5] == pytest.approx(P.step_forward_max)

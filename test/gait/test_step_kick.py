@@ -1,10 +1,12 @@
 """Kicks in the walk: which ball lies on the way of a foot, and how far the foot swings."""
 
+import math
+
 import pytest
 
 from nao_lipm_gait.walks.base import BodyTargets, SoleTarget
-from nao_lipm_gait.whole_body.step_kick import BALL, StepKick
-from robot_core.types import LEFT, RIGHT
+from nao_lipm_gait.whole_body.step_kick import BALL, LONGER, StepKick
+from robot_core.types import LEFT, RIGHT, Pose2
 
 FOOT = ((0.1, 0.03), (0.1, -0.03), (-0.06, -0.03), (-0.06, 0.03))
 SPACING, STEP, REACH = 0.12, 0.25, 0.08
@@ -43,6 +45,25 @@ def test_it_swings_by_its_reach() -> None:
     x = 0.1 + BALL
     assert swing(x, reach=0.5 * REACH) == pytest.approx(0.5 * swing(x))
     assert swing(x, reach=0.0) == 0.0
+
+
+def test_the_foot_is_back_a_fifth_of_the_step_before_it_lands() -> None:
+    late = way(0.1 + BALL)[20:]  # a robot's joints follow by so much later
+    assert [sole.x for sole in late] == [0.0] * len(late)
+
+
+def test_the_step_of_a_kick_is_longer() -> None:
+    straight, aside = 0.5 * SPACING, math.pi / 2.0
+    assert longer((0.1 + BALL, straight, 0.0)) == pytest.approx(LONGER * REACH)
+    assert longer((0.0, straight + 0.03 + BALL, aside)) == pytest.approx(0.0)
+    assert longer((0.3 + BALL, straight, 0.0)) == 0.0  # nothing to kick
+
+
+def longer(ball: Pose2) -> float:
+    """By how much [m] the step of the left foot to a ball gets longer."""
+    kick = StepKick(FOOT)
+    kick.ask(ball, BALL)
+    return kick.begin_step(LEFT, (0.0, 0.0, 0.0), SPACING, REACH, 0.0)
 
 
 def test_a_foot_that_kicks_is_lifted_as_usual() -> None:

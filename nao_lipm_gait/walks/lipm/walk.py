@@ -202,6 +202,11 @@ class LipmWalk:
         self._sent.append(sent)
         return self._targets(state)
 
+    def lengthen(self, ahead: float) -> None:
+        """See `Walk`; a step of its own limit gets no longer."""
+        x, y, yaw = self._wanted_step or self._stride.of_step(-self._predicted.support, self._p)
+        self._wanted_step = min(x + ahead, max(x, self._p.step_forward_max)), y, yaw
+
     def replan(self) -> BodyTargets:
         """The targets of the last `plan` again, from the state as it is observed now."""
         sent = islice(self._committed, max(0, len(self._committed) - 1))

@@ -165,6 +165,9 @@ class ZmpWalk:
             self._next_half_stride(command)
         return targets
 
+    def lengthen(self, ahead: float) -> None:
+        """See `Walk`: no step changes that has begun."""
+
     def replan(self) -> BodyTargets:
         """The targets of the last `plan`: nothing measured changes them."""
         return self._targets
