@@ -20,8 +20,9 @@ from sim_bridge.trials.kick import (
 from sim_bridge.trials.trial import loaded_robot
 
 WAYS = "standing", "walking"
-SPEED = 0.2
-"""[m/s] of a robot as large as a NAO that kicks in the walk; others by Froude's law."""
+SPEED = 0.1
+"""[m/s] of a robot as large as a NAO that kicks in the walk, as slow as a player beside others;
+other robots by Froude's law."""
 IN_THE_WALK = {"walking_left": 1.0, "walking_right": -1.0}
 """Kicks in the walk, and the side of the foot."""
 
