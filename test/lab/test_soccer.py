@@ -54,7 +54,7 @@ def test_a_ball_before_a_foot_of_a_walking_robot_goes_straight_ahead(side: float
     )
     assert before.stood
     assert abs(before.direction) < 0.05
-    assert before.distance > 1.0
+    assert before.distance > 0.8
     assert abs(between.direction) > 0.15
 
 
