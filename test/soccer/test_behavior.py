@@ -637,18 +637,19 @@ def test_the_robot_leads_one_foot_to_the_ball_that_it_dribbles(
     """From any side, ideally walked: at the touch the ball lies before a foot, not between."""
     mind = Mind(KickTable((), TABLE.dribbles), SCENE.field, GOALS)
     pose, ball = start, (0.0, 0.1)
-    for i in range(600):
-        decision = mind.update(world(pose, ball, time=0.05 * i), Body(GaitState.WALK))
+    for i in range(1500):
+        decision = mind.update(world(pose, ball, time=0.02 * i), Body(GaitState.WALK))
         assert decision.plan is not None
         kick = decision.plan.kick
         x, y, _ = relative((*ball, 0.0), pose)
-        if abs(x - kick.x) < 0.03 and abs(y) < abs(kick.y) + 0.03:
+        if abs(x - kick.x) < 0.01 and abs(y) < abs(kick.y) + 0.03:
             break
-        pose = compose(pose, tuple(0.05 * each for each in decision.action.walk))
+        pose = compose(pose, tuple(0.02 * each for each in decision.action.walk))
     assert decision.path[-1].state == "dribble"
     assert y == pytest.approx(kick.y, abs=0.025)
     heading = decision.plan.direction - decision.plan.kick.direction
-    assert math.remainder(pose[2] - heading, math.tau) == pytest.approx(0, abs=0.15)
+    spread = max(0.15, kick.direction_spread)
+    assert math.remainder(pose[2] - heading, math.tau) == pytest.approx(0, abs=spread)
     assert decision.action.walk.x > 0.2
 
 

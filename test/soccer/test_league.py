@@ -158,10 +158,10 @@ def before_goal(time: float, *others: tuple[float, float]) -> WorldState:
 
 
 def shoots(player: Player, time: float, *others: tuple[float, float]) -> bool:
-    """Whether the player sends a ball before the goal into it."""
+    """Whether the player means to send a ball before the goal into it, and not past it."""
     plan = player.decide_in(before_goal(time, *others), Body(STAND)).plan
     assert plan is not None
-    return plan.kick.distance > 1.0
+    return plan.seconds < 5.0
 
 
 @cache
