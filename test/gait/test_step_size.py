@@ -87,10 +87,25 @@ def test_never_beyond_the_limits_and_never_another_direction(
     stride = stride_for(VelocityCommand(x, y, yaw), P)
     limit = P.step_forward_max if x >= 0 else P.step_backward_max
     parts = (stride.x / limit, stride.y / P.step_side_max, stride.yaw / P.step_turn_max)
-    assert sum(map(abs, parts)) <= 1.0 + 1e-9
+    assert math.hypot(*parts) <= 1.0 + 1e-9
     assert stride.x * x >= 0
     assert stride.y * y >= 0
     assert stride.yaw * yaw >= 0
+
+
+def test_a_curve_bears_less_than_a_diagonal() -> None:
+    x, y, yaw = 0.5 * P.step_forward_max, 0.5 * P.step_side_max, 0.5 * P.step_turn_max
+    curve, diagonal = Stride(x, 0.0, yaw), Stride(x, y, 0.0)
+    around_ahead, around_behind = Stride(0.0, y, -yaw), Stride(0.0, y, yaw)
+    shares = [limit_share(each, P) for each in (around_behind, diagonal, around_ahead, curve)]
+    assert shares == sorted(shares)
+    assert shares[2] == pytest.approx(1.0)
+    assert limit_share(Stride(-0.5 * P.step_backward_max, y, 0.0), P) == pytest.approx(shares[3])
+
+
+@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-1.0, 1.0))
+def test_the_limits_are_the_same_to_both_sides(x: float, y: float, yaw: float) -> None:
+    assert limit_share(Stride(x, y, yaw), P) == limit_share(Stride(x, -y, -yaw), P)
 
 
 def test_a_closed_axis_stays_closed() -> None:

@@ -9,6 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nao_lipm_gait.parameters import GaitParameters
+from nao_lipm_gait.walks.lipm.steady_walk import double_step_duration, stride_for
 from nao_soccer import player as player_module
 from nao_soccer.behavior import basic
 from nao_soccer.behavior.ball_plan import Planner
@@ -86,6 +88,17 @@ def world(
     )
     pose = PoseEstimate(own, PoseCovariance(xx=0.001, yy=0.001, yaw=0.001), valid)
     return WorldState(round(time * 1e9), pose, estimate, obstacles, upright=upright)
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(-2.0, 2.0))
+def test_the_gait_walks_most_of_what_players_ask(bearing: float, turn: float) -> None:
+    limits, parameters = WalkLimits(), GaitParameters()
+    x, y = limits.forward * math.cos(bearing), limits.side * math.sin(bearing)
+    asked = limits.command(9.0 * x, 9.0 * y, 9.0 * turn * limits.turn)
+    stride = stride_for(asked, parameters)
+    duration = double_step_duration(abs(stride.y), parameters)
+    walked = 2.0 * stride.x / duration, stride.y / duration, stride.yaw / duration
+    assert math.hypot(*walked) > 0.7 * math.hypot(*asked)
 
 
 # -- kicks -----------------------------------------------------------------------------------------

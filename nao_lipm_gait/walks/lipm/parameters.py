@@ -11,7 +11,6 @@ from robot_core.schema import choice, number, switch
 EXTENSIONS_OFF: Mapping[str, float | bool] = {
     "pendulum_shift_side_max": 0.0,
     "swing_toe_lift": 0.0,
-    "step_mixed_weight": 1.0,
     "step_capture": 0.0,
     "step_capture_back": 0.0,
     "step_catch": 0.0,
@@ -71,11 +70,6 @@ class LipmParameters(GaitParameters):
     swing_toe_lift: float = number(
         0.5, 0.0, 2.0, "rad/m",
         "Toe lift in mid-swing per metre that the foot moves forward; compensates for joint lag.",
-    )
-    step_mixed_weight: float = number(
-        1.7, 1.0, 4.0, "",
-        "Weight of the smaller shares where the limits of mixed directions are combined; a larger "
-        "value shortens the steps of curves and diagonals.",
     )
     step_travel_max: float = number(
         0.21, 0.05, 0.4, "m",

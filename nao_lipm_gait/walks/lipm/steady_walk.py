@@ -1,5 +1,7 @@
 """The undisturbed walk on pendulums: durations and sizes of its steps for a velocity command."""
 
+from math import sqrt
+
 from nao_lipm_gait.walks.lipm.parameters import LipmParameters
 from nao_lipm_gait.walks.pendulum import half_step_duration, natural_frequency
 from nao_lipm_gait.walks.steps import (
@@ -11,6 +13,11 @@ from nao_lipm_gait.walks.steps import (
 )
 from robot_core.types import VelocityCommand
 
+HARD, AGAINST, DIAGONAL = 4.0, 2.0, 1.0
+"""Weights of products of two shares in the square of the whole share; with 2 two shares add up.
+Hard are curves, in which each step sees part of the motion ahead as one to the side and ends too
+early or too late, and diagonals back. Next are side steps with a turn against them, around
+something ahead; then diagonals ahead."""
 DURATION_MIN = 1e-3
 """Shortest nominal double step [s]; a pendulum as wide as its offset would need no time."""
 
@@ -36,14 +43,16 @@ def double_step_duration(side: float, parameters: LipmParameters) -> float:
 def limit_share(stride: Stride, parameters: LipmParameters) -> float:
     """Share of the step limits that a stride uses; 1 = all.
 
-    It is their sum, where all but the largest share count `step_mixed_weight` times. Without the
-    extensions the limits form an ellipsoid.
+    Without the extensions the limits form an ellipsoid. With them some pairs of directions count
+    more, because they bear less together.
     """
-    norm, weight = 1.0 if parameters.extensions else 2.0, parameters.step_mixed_weight
     x, y, yaw = stride.used_shares(parameters)
-    least, middle, largest = sorted((x, y, yaw))
-    mixed = weight**norm * (least**norm + middle**norm)
-    return (mixed + largest**norm) ** (1.0 / norm)
+    load = x * x + y * y + yaw * yaw
+    if parameters.extensions:
+        against = AGAINST if stride.y * stride.yaw < 0.0 else 0.0
+        diagonal = DIAGONAL if stride.x >= 0.0 else HARD
+        load += HARD * x * yaw + diagonal * x * y + against * y * yaw
+    return sqrt(load)
 
 
 def stride_for(
