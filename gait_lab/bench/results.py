@@ -323,11 +323,12 @@ INTRODUCTION = """\
 # Results
 
 Written by `nao_gait results` from [results.csv](results.csv), which holds every measured value
-({sections} sections, {rows} rows) with commit, command and, of uninterrupted runs, the seconds. Earlier walk: measured before the walk last changed. Robots are individuals
-drawn from the plant ([plants.md](plants.md)): 40 to 59, while the parameters were chosen on others;
-engine MuJoCo. A speed counts only without a fall, with flight of at most 5 %, slip of at most 3
-cm/s and no contact of the legs. Paper: Graf and Röfer on a real NAO. placo: its open-loop walk on a
-similar plant, nine robots with stronger motors. NAO: the fastest walk measured on NAO hardware.
+({sections} sections, {rows} rows) with commit, command and, of uninterrupted runs, the seconds.
+Earlier walk: measured before the walk last changed. Robots are individuals drawn from the plant
+([plants.md](plants.md)): 40 to 59, while the parameters were chosen on others; engine MuJoCo. A
+speed counts only without a fall, with flight of at most 5 %, slip of at most 3 cm/s and no contact
+of the legs. Paper: Graf and Röfer on a real NAO. placo: its open-loop walk on a similar plant, nine
+robots with stronger motors. NAO: the fastest walk measured on NAO hardware.
 {form}
 """
 
