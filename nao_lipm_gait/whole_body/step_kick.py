@@ -1,4 +1,4 @@
-"""Kicks in the walk: in its next step a foot swings through the ball, and lands where it would.
+"""Kicks in the walk: in its next step a foot swings through the ball, and lands a little farther.
 
 A kick is a longer step, as far as the pendulum allows, whose foot swings out still farther and is
 back before it lands: what is left of the swing at the landing would pull the support foot from
