@@ -118,7 +118,7 @@ def test_after_a_motion_the_torques_rise_from_none() -> None:
     forward, stand = FeedForward(robot), np.array(robot.stand_pose)
     origin = (0.0, 0.0)
     left, right = SoleTarget(0.0, 0.05, 0.0, 0.0), SoleTarget(0.0, -0.05, 0.0, 0.0)
-    body = BodyTargets((0.0, 0.0, 0.25), left, right, 0.0, 0.0, (0.0, 0.0, 0.0))
+    body = BodyTargets((0.0, 0.0, 0.25), left, right, 0.0, (0.0, 0.0, 0.0))
 
     def lead(pose: np.ndarray) -> np.ndarray:
         return forward.lead(pose, body, 0, origin, dt)
@@ -134,7 +134,7 @@ def test_a_lean_loads_the_ankle_by_the_weight_times_its_distance() -> None:
     robot, dt = load_robot("booster_t1"), 0.01
     stand = np.array(robot.stand_pose)
     left, right = SoleTarget(0.0, 0.05, 0.0, 0.0), SoleTarget(0.0, -0.05, 0.0, 0.0)
-    body = BodyTargets((0.0, 0.05, 0.25), left, right, 0.0, 0.0, (0.0, 0.0, 0.0))
+    body = BodyTargets((0.0, 0.05, 0.25), left, right, 0.0, (0.0, 0.0, 0.0))
 
     def leads(ahead: float) -> np.ndarray:
         forward = FeedForward(robot)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from nao_lipm_gait.whole_body.step_kick import LONGER
 from obedient_robot import PARAMETERS as P
 from obedient_robot import PERIOD, UPRIGHT, ObedientRobot
 from robot_core.errors import NaoGaitError
@@ -234,7 +235,7 @@ def test_a_requested_lift_is_a_share_of_the_parameter(robot: RobotDescription) -
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_kick_in_the_walk_swings_a_foot_farther_and_lands_it_where_it_would(
+def test_a_kick_in_the_walk_swings_a_foot_farther_and_lands_it_a_little_farther(
     robot: RobotDescription, side: float
 ) -> None:
     def walked(*ball: float) -> tuple[np.ndarray, np.ndarray]:
@@ -252,12 +253,14 @@ def test_a_kick_in_the_walk_swings_a_foot_farther_and_lands_it_where_it_would(
         return np.array(soles), np.array(nao.gait.status.base_footprint_in_odom)
 
     kicking = 0 if side > 0.0 else 1
-    (plain, end), (kicked, same) = walked(), walked(0.19, side * 0.06, 0.0)
+    (plain, end), (kicked, farther_on) = walked(), walked(0.19, side * 0.06, 0.0)
     farther = kicked - plain
     assert farther[:, kicking].max() == pytest.approx(0.08, abs=0.03)
-    assert np.abs(farther[:, 1 - kicking]).max() < 0.01
-    assert (farther[:, kicking] > 0.03).sum() < 15  # one step
-    np.testing.assert_allclose(same, end, atol=0.01)
+    longer = LONGER * P.kick_reach
+    assert farther[-1] == pytest.approx([longer, longer], abs=0.01)
+    assert (farther[:, kicking] > longer + 0.02).sum() < 15  # one step
+    np.testing.assert_allclose(farther_on[0] - end[0], longer, atol=0.01)
+    np.testing.assert_allclose(farther_on[1:], end[1:], atol=0.01)
     for beyond in ((0.4, side * 0.06, 0.0), (0.15, side * 0.2, 0.0), (-0.2, 0.06, 0.0)):
         np.testing.assert_array_equal(walked(*beyond)[0], plain)
 

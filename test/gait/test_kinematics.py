@@ -111,9 +111,9 @@ def test_mirrored_soles_give_mirrored_joints(robot: RobotDescription) -> None:
     def mirror(sole: SoleTarget) -> SoleTarget:
         return SoleTarget(sole.x, -sole.y, sole.z, -sole.yaw)
 
-    targets = BodyTargets((0.01, 0.02, 0.255), left, right, 0.05, 0.03, (0.0, 0.0, 0.0))
+    targets = BodyTargets((0.01, 0.02, 0.255), left, right, 0.03, (0.0, 0.0, 0.0))
     mirrored = BodyTargets(
-        (0.01, -0.02, 0.255), mirror(right), mirror(left), -0.05, 0.03, (0.0, 0.0, 0.0)
+        (0.01, -0.02, 0.255), mirror(right), mirror(left), 0.03, (0.0, 0.0, 0.0)
     )
     for _ in range(5):
         a = placement.place(targets).position
@@ -135,18 +135,18 @@ def test_com_and_soles_reach_their_targets(
     placement = ComPlacement(robot, BodyModel(robot), make_legs(robot))
     left = SoleTarget(0.03, 0.055, 0.0, 0.1)
     right = SoleTarget(-0.03, -0.055, 0.02, -0.1)
-    targets = BodyTargets((0.012, 0.01, 0.258), left, right, 0.02, 0.04, (0.0, 0.0, 0.0))
+    targets = BodyTargets((0.012, 0.01, 0.258), left, right, 0.04, (0.0, 0.0, 0.0))
     for _ in range(4):
         placed = placement.place(targets)
     assert placed.residual == 0.0
     body.set_joints(placed.position)
     com = np.array(body.com_in_torso())
     soles = [body.sole_in_torso(side) for side in (1, -1)]
-    rotation = np.array(rotation_from_rpy(0.02, 0.04, 0.0))
+    rotation = np.array(rotation_from_rpy(0.0, 0.04, 0.0))
     # The torso's yaw is free; take it from the left sole.
     forward = rotation @ np.array(soles[0].forward)
     yaw = 0.1 - np.arctan2(forward[1], forward[0])
-    rotation = np.array(rotation_from_rpy(0.02, 0.04, yaw))
+    rotation = np.array(rotation_from_rpy(0.0, 0.04, yaw))
     for sole, other in ((left, soles[0]), (right, soles[1])):
         offset = rotation @ (com - np.array(other.position))
         wanted = np.array(targets.com_in_q) - np.array([sole.x, sole.y, sole.z])
@@ -157,7 +157,7 @@ def test_shared_hips_decide_the_torsos_turn(robot: RobotDescription) -> None:
     soles = SoleTarget(0.03, 0.055, 0.0, 0.1), SoleTarget(-0.03, -0.055, 0.02, -0.1)
     placed = [
         ComPlacement(robot, BodyModel(robot), make_legs(robot)).place(
-            BodyTargets((0.0, 0.0, 0.258), *soles, 0.0, 0.0, (0.0, 0.0, 0.0), torso_yaw)
+            BodyTargets((0.0, 0.0, 0.258), *soles, 0.0, (0.0, 0.0, 0.0), torso_yaw)
         )
         for torso_yaw in (0.0, 0.2)
     ]
@@ -170,7 +170,6 @@ def test_torso_goes_down_where_a_leg_would_be_too_short(robot: RobotDescription)
         (0.0, 0.0, 0.275),
         SoleTarget(0.07, 0.05, 0.0, 0.0),
         SoleTarget(-0.09, -0.05, 0.0, 0.0),
-        0.0,
         0.0,
         (0.0, 0.0, 0.0),
     )
@@ -201,7 +200,7 @@ def test_ankle_roll_is_limited_by_the_ankle_pitch(robot: RobotDescription) -> No
 def test_arms_swing_with_the_opposite_foot(robot: RobotDescription) -> None:
     placement = ComPlacement(robot, BodyModel(robot), make_legs(robot))
     left, right = SoleTarget(-0.04, 0.05, 0.0, 0.0), SoleTarget(0.04, -0.05, 0.0, 0.0)
-    targets = BodyTargets((0.0, 0.0, 0.25), left, right, 0.0, 0.0, (0.0, 0.0, 0.0))
+    targets = BodyTargets((0.0, 0.0, 0.25), left, right, 0.0, (0.0, 0.0, 0.0))
     hanging = placement.place(targets).position
     swinging = placement.place(targets, arm_swing=2.0).position
     # The right foot is 8 cm ahead: the left arm comes forward, the right one goes back.

@@ -25,7 +25,7 @@ def way(
     kick.ask((x, 0.5 * SPACING, 0.0), radius)
     kick.begin_step(LEFT, (0.0, 0.0, 0.0), SPACING, reach, lift)
     left, right = (SoleTarget(0.0, 0.5 * side * SPACING, low, 0.0) for side in (1, -1))
-    body = BodyTargets((0.0, 0.0, 0.26), left, right, 0.0, 0.0, (0.0, 0.0, 0.0))
+    body = BodyTargets((0.0, 0.0, 0.26), left, right, 0.0, (0.0, 0.0, 0.0))
     ticks = 25
     return [
         kick.apply(body, RIGHT, STEP * (1 - n / ticks), STEP / ticks).left_sole

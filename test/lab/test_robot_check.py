@@ -63,7 +63,7 @@ def test_the_preset_of_t1_differs_from_the_fitted_walk_where_it_says_so() -> Non
     assert own["pendulum_height"] > own["com_height"]
     lower = ("swing_lift", "step_forward_max", "step_backward_max", "step_side_max",
              "step_side_share", "offset_time", "speed_time", "arm_swing",
-             "pendulum_shift_max")  # fmt: skip
+             "pendulum_shift_max", "kick_reach")  # fmt: skip
     assert all(own[name] < rule[name] for name in lower)
     higher = ("torso_pitch", "com_height", "pendulum_height", "step_turn_max", "foot_reference_x",
               "lean_torque")  # fmt: skip
