@@ -18,7 +18,7 @@ BEGIN, END = 0.3, 0.7
 """Shares of the step between which the foot swings out and back: it is up, and joints that lag by a
 fifth of a step are back at its end."""
 LONGER = 0.3
-"""By how much longer the step is, over the reach of the swing."""
+"""Extra length of the step, as a share of the reach of the swing."""
 BALL = 0.05
 """[m] Radius of a ball that the request does not give, about."""
 BEFORE, BEYOND = 0.05, 0.075
