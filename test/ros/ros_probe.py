@@ -22,6 +22,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 
+from nao_soccer.team.udp import LOCAL
 from robot_core.ros.lockstep import LockstepPartner
 from robot_core.ros.process import DomainClaim
 
@@ -44,11 +45,15 @@ LOST = 10.0
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # read when the probe joins its domain
 
 
-def _is_free(port: int) -> bool:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, suppress(OSError):
-        probe.bind(("", port))
-        return True
-    return False
+def _held_port() -> socket.socket:
+    """A socket on a port that was free, on which only those that share it can listen from now on.
+
+    It is of the loopback broadcast: what is sent to one process does not end here.
+    """
+    holder = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    holder.bind((LOCAL, 0))
+    holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    return holder
 
 
 class Process:
@@ -128,6 +133,7 @@ class Probe:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self.processes: list[Process] = []
+        self._ports: list[socket.socket] = []
 
     def start(self, name: str, *arguments: str, **parameters: object) -> Process:
         """Start one of `MODULES` with ROS parameters."""
@@ -161,10 +167,10 @@ class Probe:
 
     @cached_property
     def udp_ports(self) -> dict[str, int]:
-        """Of a game, which nobody on this machine listens on; below those of DDS."""
-        first = 6200 + 10 * self.domain.domain
-        free = (port for port in range(first, first + 10) if _is_free(port))
-        return {f"{name}_port": next(free) for name in ("control", "return", "team")}
+        """Of a game, held until the end of the test."""
+        self._ports = [_held_port() for _ in range(3)]
+        names = ("control_port", "return_port", "team_port")
+        return {n: p.getsockname()[1] for n, p in zip(names, self._ports, strict=True)}
 
     def publisher(self, kind: type, topic: str) -> Any:
         """A publisher with a subscriber."""
@@ -221,6 +227,8 @@ class Probe:
         self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()
+        for port in self._ports:
+            port.close()
         self.domain.release()
 
 
