@@ -2,6 +2,7 @@
 
 import tempfile
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,6 +69,44 @@ class BodyTrack:
     from_truth: bool
 
 
+class LinkPoses:
+    """Forward kinematics of the links and soles of one robot."""
+
+    def __init__(self, robot: RobotDescription, links: tuple[str, ...]) -> None:
+        self._model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
+        self._data = self._model.createData()
+        self._q = pin.neutral(self._model)
+        self._columns = {
+            name: self._model.joints[self._model.getJointId(name)].idx_q
+            for name in robot.joint_names
+        }
+        self._frames = [
+            self._model.getFrameId(name, pin.FrameType.BODY)
+            for name in (robot.torso_frame, *robot.sole_frames, *links)
+        ]
+
+    def at(self, names: Sequence[str], position: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+        """Return the poses of links (l, 4, 4) and soles (2, 4, 4) in the torso frame.
+
+        Args:
+            names: Names of the joints; unknown ones are ignored.
+            position: Their angles [rad]; those that are not finite are ignored.
+        """
+        for name, angle in zip(names, position, strict=False):
+            column = self._columns.get(name)
+            if column is not None and np.isfinite(angle):
+                self._q[column] = angle
+        pin.framesForwardKinematics(self._model, self._data, self._q)
+        poses = np.array([self._data.oMf[frame].homogeneous for frame in self._frames])
+        in_torso = inverse_pose(poses[0]) @ poses[1:]
+        return in_torso[2:], in_torso[:2]
+
+    def com(self) -> FloatArray:
+        """(3,) [m] CoM in the torso frame, for the angles of the last `at`."""
+        com = pin.centerOfMass(self._model, self._data, self._q, False)
+        return np.asarray(self._data.oMf[self._frames[0]].actInv(com))
+
+
 def follow_body(
     walk: RecordedWalk, robot: RobotDescription, links: tuple[str, ...] = (), every: int = 1
 ) -> BodyTrack:
@@ -77,32 +116,14 @@ def follow_body(
     sole flat on the ground.
     """
     stamps = walk.position.stamp[::every]
-    columns = [walk.joint_names.index(name) for name in robot.joint_names]
-    angles = walk.position.value[::every][:, columns]
-    model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
-    data = model.createData()
-    q = pin.neutral(model)
-    index = [model.joints[model.getJointId(name)].idx_q for name in robot.joint_names]
-    frame = {
-        name: model.getFrameId(name, pin.FrameType.BODY)
-        for name in (robot.torso_frame, *robot.sole_frames, *links)
-    }
     count = len(stamps)
-    torso_in_root = np.empty((count, 4, 4))
-    sole_in_root = np.empty((count, 2, 4, 4))
-    com_in_root = np.empty((count, 3))
-    link_in_root = np.empty((count, len(links), 4, 4))
-    for row in range(count):
-        q[index] = angles[row]
-        com_in_root[row] = pin.centerOfMass(model, data, q, False)
-        pin.updateFramePlacements(model, data)
-        torso_in_root[row] = data.oMf[frame[robot.torso_frame]].homogeneous
-        for side, name in enumerate(robot.sole_frames):
-            sole_in_root[row, side] = data.oMf[frame[name]].homogeneous
-        for column, name in enumerate(links):
-            link_in_root[row, column] = data.oMf[frame[name]].homogeneous
-    root_in_torso = inverse_pose(torso_in_root)
-    sole_in_torso = root_in_torso[:, None] @ sole_in_root
+    poses = LinkPoses(robot, links)
+    link_in_torso = np.empty((count, len(links), 4, 4))
+    sole_in_torso = np.empty((count, 2, 4, 4))
+    com_in_torso = np.empty((count, 3))
+    for row, angles in enumerate(walk.position.value[::every].tolist()):
+        link_in_torso[row], sole_in_torso[row] = poses.at(walk.joint_names, angles)
+        com_in_torso[row] = poses.com()
     from_truth = bool(len(walk.truth))
     if from_truth:
         true = walk.truth.at(stamps)
@@ -110,13 +131,12 @@ def follow_body(
     else:
         odometry = walk.odometry.at(stamps) if len(walk.odometry) else np.zeros((count, 3))
         torso = torso_over_soles(odometry, sole_in_torso)
-    root = torso @ root_in_torso
     return BodyTrack(
         stamp=stamps,
         torso=torso,
         sole=torso[:, None] @ sole_in_torso,
-        com=np.einsum("tij,tj->ti", root[:, :3, :3], com_in_root) + root[:, :3, 3],
-        links=root[:, None] @ link_in_root,
+        com=np.einsum("tij,tj->ti", torso[:, :3, :3], com_in_torso) + torso[:, :3, 3],
+        links=torso[:, None] @ link_in_torso,
         from_truth=from_truth,
     )
 

@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from gait_lab.analysis.body import (
+    LinkPoses,
     Shapes,
     footprint_of,
     inverse_pose,
@@ -24,42 +25,6 @@ COM_COLOR, ORIGIN_COLOR, PENDULUM_COLOR = (224, 160, 48), (30, 90, 200), (15, 12
 PRINTS = 60
 """Number of footprints shown."""
 SIDES = (("left", LEFT_COLOR, 1.0), ("right", RIGHT_COLOR, -1.0))
-
-
-class LinkPoses:
-    """Forward kinematics of the links and soles of one robot."""
-
-    def __init__(self, robot: RobotDescription, links: tuple[str, ...]) -> None:
-        self._model = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
-        self._data = self._model.createData()
-        self._q = pin.neutral(self._model)
-        self._columns = {
-            name: self._model.joints[self._model.getJointId(name)].idx_q
-            for name in robot.joint_names
-        }
-        self._torso = self._frame(robot.torso_frame)
-        self._soles = [self._frame(name) for name in robot.sole_frames]
-        self._links = [self._frame(name) for name in links]
-
-    def _frame(self, name: str) -> int:
-        return int(self._model.getFrameId(name, pin.FrameType.BODY))
-
-    def at(self, names: list[str], position: list[float]) -> tuple[FloatArray, FloatArray]:
-        """Return the poses of links (l, 4, 4) and soles (2, 4, 4) in the torso frame.
-
-        Args:
-            names: Names of the joints; unknown ones are ignored.
-            position: Their angles [rad]; those that are not finite are ignored.
-        """
-        for name, angle in zip(names, position, strict=False):
-            column = self._columns.get(name)
-            if column is not None and np.isfinite(angle):
-                self._q[column] = angle
-        pin.framesForwardKinematics(self._model, self._data, self._q)
-        to_torso = inverse_pose(self._data.oMf[self._torso].homogeneous)
-        links = np.array([self._data.oMf[frame].homogeneous for frame in self._links])
-        soles = np.array([self._data.oMf[frame].homogeneous for frame in self._soles])
-        return to_torso @ links, to_torso @ soles
 
 
 class RobotScene:
