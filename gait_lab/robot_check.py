@@ -70,8 +70,7 @@ class StandRange:
 
 def _under(robot: RobotDescription, body: BodyModel) -> tuple[Load, Load]:
     """Half of the weight on each sole, below the CoM."""
-    body.set_joints(robot.stand_pose)
-    x, _, _ = body.com_in_torso()
+    x, _, _ = body.set_joints(robot.stand_pose)
     left, right = (x - body.sole_in_torso(side).position[0] for side in (1, -1))
     return Load(0.5, left), Load(0.5, right)
 
@@ -84,8 +83,7 @@ def _straight(robot: RobotDescription) -> FloatArray:
 
 def _height(body: BodyModel, pose: FloatArray) -> float:
     """[m] of the CoM above the left sole."""
-    body.set_joints(pose)
-    _, _, z = body.com_in_torso()
+    _, _, z = body.set_joints(pose)
     return z - body.sole_in_torso(1).position[2]
 
 

@@ -137,8 +137,7 @@ class PolicyWalker:
         self._orientation.update(as_point(gyro), force, None, self._dt)
         self._joint_velocity = (position - self._last) / self._dt
         self._last = position
-        self._body.set_joints(position)
-        self._body.com_in_torso()  # the soles are those of this call
+        self._body.set_joints(position)  # the soles are those of this call
         poses = [self._body.sole_in_torso(side) for side in (LEFT, RIGHT)]
         up = self._orientation.up_in_torso
         left_higher = dot(up, poses[0].position) - dot(up, poses[1].position)

@@ -257,20 +257,15 @@ class _Legs:
             derivatives.append(difference / (2.0 * STEP))
         return function(position), np.array(derivatives).T
 
-    def _set(self, position: FloatArray) -> FloatArray:
-        """Set joint angles; the CoM (3,) [m] in the torso frame."""
-        self._body.set_joints(position)
-        return np.array(self._body.com_in_torso())
-
     def tilt(self, position: FloatArray) -> FloatArray:
         """Pitch and roll (2,) [rad] of the left sole relative to the right one."""
-        self._set(position)
+        self._body.set_joints(position)
         left, right = (self._body.sole_in_torso(side).normal for side in (LEFT, RIGHT))
         return np.array((left[0] - right[0], right[1] - left[1]))
 
     def mean_normal(self, position: FloatArray) -> FloatArray:
         """Mean normal (3,) of the soles in the torso frame."""
-        self._set(position)
+        self._body.set_joints(position)
         normals = [self._body.sole_in_torso(side).normal for side in (LEFT, RIGHT)]
         mean: FloatArray = np.mean(normals, axis=0)
         return mean
@@ -281,7 +276,7 @@ class _Legs:
         The floor is the plane through the corners that makes the forces of the springs balance the
         weight, which acts at the CoM: a least-squares plane, tilted by the weight's moment.
         """
-        com = self._set(position)
+        com = np.array(self._body.set_joints(position))
         points, normal = [], np.zeros(3)
         for side, corners in self._corners:
             sole = self._body.sole_in_torso(side)

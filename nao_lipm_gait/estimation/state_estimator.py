@@ -182,8 +182,7 @@ class StateEstimator:
         """
         self._dt, gyro_dt = dt, min(dt, GAP_MAX)
         support = expected.support
-        self._body.set_joints(frame.joint_position)
-        com = self._body.com_in_torso()
+        com = self._body.set_joints(frame.joint_position)
         sole = self._body.sole_in_torso(support)
         other = self._body.sole_in_torso(-support)
         self._soles = (sole, other) if support == LEFT else (other, sole)

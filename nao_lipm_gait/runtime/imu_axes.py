@@ -134,7 +134,6 @@ class ImuAxes:
     def _compare(self, frame: SensorFrame, support: int) -> None:
         dt, rate = self._dt, frame.angular_velocity
         self._body.set_joints(frame.joint_position)
-        self._body.com_in_torso()
         soles = np.array([self._body.sole_in_torso(side).position for side in (LEFT, RIGHT)])
         side = 0 if support == LEFT else 1
         if self._ticks == 0:
@@ -230,7 +229,6 @@ class ImuAxes:
     def _yaw(self, joints: FloatArray, support: int) -> float:
         """Yaw [rad] of the torso over a sole."""
         self._body.set_joints(joints)
-        self._body.com_in_torso()
         x, y, _ = self._body.sole_in_torso(support).forward
         return -atan2(y, x)
 

@@ -134,7 +134,7 @@ class SensorCheck:
         force = frame.linear_acceleration
         if self._first:
             self._first = False
-            self._up = self._vertical(frame)
+            self._up = self._body.vertical(frame.joint_position)
             angle = _angle(force, self._up)
             low, high = DOUBTFUL_RANGE
             self._doubtful = TILT_MAX < angle < LYING_TILT or not low < _size(force) < high
@@ -171,7 +171,8 @@ class SensorCheck:
             return self.at_rest(frame)
         if self._doubtful and not self._gravity_is_right:
             # The gyro is used: it shows whether the robot falls meanwhile.
-            return frame._replace(linear_acceleration=GRAVITY * self._vertical(frame))
+            up = self._body.vertical(frame.joint_position)
+            return frame._replace(linear_acceleration=GRAVITY * up)
         return frame
 
     def refuse_gyro(self) -> None:
@@ -195,7 +196,7 @@ class SensorCheck:
             return NaoGaitError(
                 "joint_states position: all leg joints", f"{share:.2g} times a stand", text
             )
-        up = self._vertical(frame)
+        up = self._body.vertical(frame.joint_position)
         left, right = self._body.sole_in_torso(LEFT), self._body.sole_in_torso(RIGHT)
         angle = _angle(np.array(left.normal), np.array(right.normal))
         force = frame.linear_acceleration
@@ -243,7 +244,7 @@ class SensorCheck:
         self._forces.append(frame.linear_acceleration)
         if len(self._forces) < FORCE_TICKS + SETTLED_TICKS:
             return
-        self._up = self._vertical(frame)
+        self._up = self._body.vertical(frame.joint_position)
         mean: FloatArray = np.mean(self._forces[SETTLED_TICKS:], axis=0)
         self._forces.clear()
         self._passing = self._gravity_trouble(mean)
@@ -329,17 +330,9 @@ class SensorCheck:
                 f"{axes.trouble} Mend it and start the sensors again; the robot stands"
             )
 
-    def _vertical(self, frame: SensorFrame) -> FloatArray:
-        """Mean normal (3,) of the soles in the torso frame."""
-        self._body.set_joints(frame.joint_position)
-        self._body.com_in_torso()
-        left, right = self._body.sole_in_torso(LEFT), self._body.sole_in_torso(RIGHT)
-        normal = np.array(left.normal) + np.array(right.normal)
-        return normal / max(_size(normal), 1e-6)
-
     def at_rest(self, frame: SensorFrame) -> SensorFrame:
         """The frame with an IMU that rests on the robot's soles; unchanged once it has fallen."""
-        up, force = self._vertical(frame), frame.linear_acceleration
+        up, force = self._body.vertical(frame.joint_position), frame.linear_acceleration
         last = force if self._force is None else self._force
         self._force = last + self._dt / (FALLEN_TIME + self._dt) * (force - last)
         stood = self._stood

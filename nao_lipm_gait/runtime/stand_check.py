@@ -10,7 +10,7 @@ import numpy as np
 
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from robot_core.robot import RobotDescription
-from robot_core.types import FloatArray, SensorFrame
+from robot_core.types import SensorFrame
 
 LEAN_MAX = 0.065
 """[rad] Largest lean that needs no explanation. Of 3,000 NAOs and as many Brunos of the
@@ -57,7 +57,7 @@ class StandCheck:
             return
         self.done = True
         force = np.mean([each.linear_acceleration for each in self._frames], axis=0)
-        vertical = self._vertical(np.mean([each.joint_position for each in self._frames], axis=0))
+        vertical = self._body.vertical(np.mean([f.joint_position for f in self._frames], axis=0))
         lean = acos(min(1.0, float(force @ vertical / np.linalg.norm(force))))
         self._frames.clear()
         if lean > LEAN_MAX:
@@ -67,11 +67,3 @@ class StandCheck:
                 "the IMU mounted askew, or the zero of a leg joint wrong? `nao_gait calibrate "
                 "--zeros` tells"
             )
-
-    def _vertical(self, position: FloatArray) -> FloatArray:
-        """Mean normal (3,) of the soles in the torso frame, for joint angles (n,) [rad]."""
-        self._body.set_joints(position)
-        self._body.com_in_torso()
-        left, right = (np.array(self._body.sole_in_torso(side).normal) for side in (1, -1))
-        normal: FloatArray = (left + right) / np.linalg.norm(left + right)
-        return normal

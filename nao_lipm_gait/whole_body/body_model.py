@@ -1,5 +1,6 @@
 """The whole-body model in Pinocchio: CoM and sole poses in the torso frame for joint angles."""
 
+from math import hypot
 from typing import final
 
 import numpy as np
@@ -7,7 +8,7 @@ import pinocchio as pin
 
 from robot_core.geometry import as_point
 from robot_core.robot import RobotDescription
-from robot_core.types import FloatArray, Point3
+from robot_core.types import LEFT, RIGHT, FloatArray, Point3
 
 
 @final
@@ -67,19 +68,23 @@ class BodyModel:
             self._soles.append((frame, placement.translation, placement.rotation))
         self.total_mass = float(sum(inertia.mass for inertia in self.model.inertias))
 
-    def set_joints(self, position: FloatArray) -> None:
-        """Set the joint angles (n,) [rad] for the following calls."""
+    def set_joints(self, position: FloatArray) -> Point3:
+        """Set joint angles (n,) [rad], also for the soles; the CoM [m] in the torso frame."""
         self._q[self._columns] = position
-
-    def com_in_torso(self) -> Point3:
-        """Whole-body CoM in the torso frame [m]."""
         com = pin.centerOfMass(self.model, self._data, self._q, False)
         if not self._torso_is_root:
             com = self._torso_rotation @ (com - self._torso_translation)
         return as_point(com)
 
+    def vertical(self, position: FloatArray) -> FloatArray:
+        """Set joint angles (n,) [rad]; the mean normal (3,) of the soles in the torso frame."""
+        self.set_joints(position)
+        left, right = self.sole_in_torso(LEFT), self.sole_in_torso(RIGHT)
+        normal = np.array(left.normal) + np.array(right.normal)
+        return normal / max(hypot(*normal.tolist()), 1e-6)
+
     def sole_in_torso(self, side: int) -> SolePose:
-        """Pose of a sole, LEFT or RIGHT, for the joints at the last call of `com_in_torso`."""
+        """Pose of a sole, LEFT or RIGHT, in the torso frame."""
         frame, position, rotation = self._soles[0 if side > 0 else 1]
         pin.updateFramePlacement(self.model, self._data, frame)
         if not self._torso_is_root:

@@ -73,8 +73,7 @@ class ComPlacement:
             (joint, float(self._position[joint]), side * signs[joint])
             for side, joint in zip((-1.0, 1.0), map(robot.index, shoulders), strict=False)
         )
-        body.set_joints(self._position)
-        com = body.com_in_torso()
+        com = body.set_joints(self._position)
         self._com_in_torso = (com, com, com)
         hips = {robot.left_leg.hip_yaw, robot.right_leg.hip_yaw}
         self._turns_freely = all(set(pair) != hips for pair in robot.coupled_joints)
@@ -131,8 +130,7 @@ class ComPlacement:
             )
             self._left_leg.write(solution.left, joints)
             self._right_leg.write(solution.right, joints)
-            self._body.set_joints(self._position)
-            x, y, z = self._body.com_in_torso()
+            x, y, z = self._body.set_joints(self._position)
             off_x, off_y, off_z = x - cx, y - cy, z - cz
             cx, cy, cz = cx + OVERSHOOT * off_x, cy + OVERSHOOT * off_y, cz + OVERSHOOT * off_z
             torso_yaw += 0.5 * (solution.left_yaw_error + solution.right_yaw_error)

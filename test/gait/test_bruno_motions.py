@@ -72,8 +72,7 @@ def test_on_one_leg_the_com_is_well_inside_the_standing_sole_and_the_other_foot_
     assert len(poses) >= 5
     for frame in poses:
         assert frame.position is not None
-        body.set_joints(np.where(np.isnan(frame.position), 0.0, frame.position))
-        com = np.array(body.com_in_torso())
+        com = np.array(body.set_joints(np.where(np.isnan(frame.position), 0.0, frame.position)))
         standing = body.sole_in_torso(frame.support)
         other = body.sole_in_torso(-frame.support)
         normal, forward = np.array(standing.normal), np.array(standing.forward)

@@ -84,7 +84,6 @@ def test_joint_angles_that_say_parallel_show_the_tilt_of_the_soles(
     correction = SensorCorrection(ROBOT, Calibration(sole_pitch=pitch, sole_roll=roll))
     body = BodyModel(ROBOT)
     body.set_joints(correction.sensed(frame_of(np.array(ROBOT.stand_pose))).joint_position)
-    body.com_in_torso()
     left, right = (np.array(body.sole_in_torso(leg).normal) for leg in (LEFT, RIGHT))
     expected = Rotation.from_euler("xyz", (roll, pitch, 0.0)).apply((0.0, 0.0, 1.0))
     np.testing.assert_allclose((left - right)[:2], expected[:2], atol=2e-4)

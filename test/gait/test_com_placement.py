@@ -45,8 +45,7 @@ def targets_of(command: VelocityCommand, ticks: int) -> list[BodyTargets]:
 
 def com_in_q(body: BodyModel, joints: FloatArray, targets: BodyTargets) -> FloatArray:
     """CoM (3,) in Q [m] by the joints alone, if the left sole is at its target."""
-    body.set_joints(joints)
-    com = np.array(body.com_in_torso())
+    com = np.array(body.set_joints(joints))
     sole = body.sole_in_torso(1)
     forward, normal = np.array(sole.forward), np.array(sole.normal)
     in_torso = np.column_stack((forward, np.cross(normal, forward), normal))
@@ -69,7 +68,6 @@ def test_the_com_reaches_its_target_mostly_in_one_iteration(command: VelocityCom
         joints = placement.place(targets).position
         misses.append(np.abs(com_in_q(body, joints, targets) - targets.com_in_q).max())
         body.set_joints(joints)
-        body.com_in_torso()
         left, right = (np.array(body.sole_in_torso(side).forward) for side in (1, -1))
         normal = body.sole_in_torso(1).normal
         turn = math.atan2(float(normal @ np.cross(right, left)), float(right @ left))

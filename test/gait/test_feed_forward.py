@@ -43,8 +43,7 @@ def gains_of(joint: str) -> dict[str, float]:
 
 def energy(robot: RobotDescription, body: BodyModel, pose: np.ndarray, weight: float) -> float:
     """Potential energy [J] over the left sole, which stays flat on the ground."""
-    body.set_joints(pose)
-    com, sole = np.array(body.com_in_torso()), body.sole_in_torso(1)
+    com, sole = np.array(body.set_joints(pose)), body.sole_in_torso(1)
     return weight * float(np.dot(com - np.array(sole.position), sole.normal))
 
 
@@ -53,8 +52,7 @@ def test_the_torques_are_those_of_virtual_work(name: str) -> None:
     robot = load_robot(name)
     torques, body = SupportTorque(robot), BodyModel(robot)
     pose = np.array(robot.stand_pose)
-    body.set_joints(pose)
-    x, y, _ = np.array(body.com_in_torso()) - np.array(body.sole_in_torso(1).position)
+    x, y, _ = np.array(body.set_joints(pose)) - np.array(body.sole_in_torso(1).position)
     found = torques.at(pose, 0.0, (Load(1.0, x, y), Load(0.0)))
     step = 1e-5
     for joint in range(len(pose)):
@@ -72,8 +70,7 @@ def test_the_torques_move_the_links_as_asked() -> None:
     robot = load_robot("booster_t1")
     torques, body = SupportTorque(robot), BodyModel(robot)
     pose = np.array(robot.stand_pose)
-    body.set_joints(pose)
-    x, y, _ = np.array(body.com_in_torso()) - np.array(body.sole_in_torso(1).position)
+    x, y, _ = np.array(body.set_joints(pose)) - np.array(body.sole_in_torso(1).position)
     wanted = np.random.default_rng(0).uniform(-0.5, 0.5, len(pose))
     load = Load(1.0, 0.02, 0.01, ahead=(x - 0.02) / 0.56, aside=(y - 0.01) / 0.56)
     torque = torques.at(pose, 0.0, (load, Load(0.0)), wanted) - torques._rotor * wanted

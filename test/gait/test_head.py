@@ -43,7 +43,6 @@ OTHERS = {
 
 def standing(up: tuple[float, float, float] = (0.0, 0.0, 1.0)) -> TorsoPlace:
     BODY.set_joints(ROBOT.stand_pose)
-    BODY.com_in_torso()
     return TorsoPlace(up, BODY.sole_in_torso(1), BODY.sole_in_torso(-1), (0.0, 0.0, 0.0))
 
 

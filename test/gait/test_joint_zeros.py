@@ -156,8 +156,7 @@ def test_measurements_that_contradict_each_other_say_nothing() -> None:
 def test_a_robot_rests_where_the_springs_balance_its_weight() -> None:
     position = POSES[1] + zero_of("LKneePitch", 0.01)
     body = BodyModel(ROBOT)
-    body.set_joints(position)
-    com = np.array(body.com_in_torso())
+    com = np.array(body.set_joints(position))
     corners = []
     for side in (1, -1):
         sole = body.sole_in_torso(side)

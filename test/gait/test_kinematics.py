@@ -54,7 +54,6 @@ def test_inverse_of_pinocchio_over_random_reachable_poses(
     for _ in range(300):
         position = random_legs(robot, rng)
         body.set_joints(position)
-        body.com_in_torso()
         solution = legs.solve(body.sole_in_torso(1), body.sole_in_torso(-1))
         got = np.array(values(solution.left, solution.right))
         columns = leg_columns(robot, robot.left_leg) + leg_columns(robot, robot.right_leg)
@@ -68,7 +67,6 @@ def test_position_and_normal_are_exact_even_where_the_yaw_is_not(
     legs = make_legs(robot)
     position = np.array(robot.stand_pose)
     body.set_joints(position)
-    body.com_in_torso()
     left, right = body.sole_in_torso(1), body.sole_in_torso(-1)
     # Turn the left sole alone: one shared joint cannot turn one foot without the other.
     up = (0.0, 0.0, 1.0)
@@ -78,7 +76,6 @@ def test_position_and_normal_are_exact_even_where_the_yaw_is_not(
     position[leg_columns(robot, robot.left_leg)] = values(solution.left)
     position[leg_columns(robot, robot.right_leg)] = values(solution.right)
     body.set_joints(position)
-    body.com_in_torso()
     for side, wanted in ((1, turned), (-1, level)):
         reached = body.sole_in_torso(side)
         assert reached.position == pytest.approx(wanted.position, abs=1e-9)
@@ -91,7 +88,6 @@ def test_out_of_reach_is_reported_and_points_the_right_way(
     robot: RobotDescription, body: BodyModel
 ) -> None:
     body.set_joints(np.array(robot.stand_pose))
-    body.com_in_torso()
     left, right = body.sole_in_torso(1), body.sole_in_torso(-1)
     x, y, z = left.position
     far = SolePose((x, y, z - 0.05), left.forward, left.normal)
@@ -139,8 +135,7 @@ def test_com_and_soles_reach_their_targets(
     for _ in range(4):
         placed = placement.place(targets)
     assert placed.residual == 0.0
-    body.set_joints(placed.position)
-    com = np.array(body.com_in_torso())
+    com = np.array(body.set_joints(placed.position))
     soles = [body.sole_in_torso(side) for side in (1, -1)]
     rotation = np.array(rotation_from_rpy(0.0, 0.04, 0.0))
     # The torso's yaw is free; take it from the left sole.

@@ -121,8 +121,7 @@ def test_mirror_law_mirrors_the_whole_body() -> None:
     pose[ROBOT.index("RHipYawPitch")] = pose[ROBOT.index("LHipYawPitch")]
     found = []
     for angles in (pose, law.mirrored(pose)):
-        body.set_joints(angles)
-        com = body.com_in_torso()
+        com = body.set_joints(angles)
         found.append((com, body.sole_in_torso(1).position, body.sole_in_torso(-1).position))
     (com, left, right), (com2, left2, right2) = found
     for one, other in ((com, com2), (left, right2), (right, left2)):

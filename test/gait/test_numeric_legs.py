@@ -23,7 +23,6 @@ def robot(request: pytest.FixtureRequest) -> RobotDescription:
 
 def soles_at(body: BodyModel, position: np.ndarray) -> tuple[SolePose, SolePose]:
     body.set_joints(position)
-    body.com_in_torso()
     return body.sole_in_torso(1), body.sole_in_torso(-1)
 
 

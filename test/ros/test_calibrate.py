@@ -55,7 +55,6 @@ def true_tilt() -> tuple[float, float]:
     body = BodyModel(robot)
     zeros = draw_individual(load_plant("reference"), robot, ROBOT).joint_zero
     body.set_joints(robot.stand_pose + zeros)
-    body.com_in_torso()
     left, right = (body.sole_in_torso(leg).normal for leg in (LEFT, RIGHT))
     return left[0] - right[0], right[1] - left[1]
 
