@@ -8,7 +8,6 @@ same numbers as the engine's model.
 import dataclasses
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -203,17 +202,6 @@ class Body:
             poses.append((placement.translation.copy(), placement.rotation.copy()))
         return poses
 
-    def lowest_point(self, torso_rotation: FloatArray, joints: FloatArray) -> float:
-        """[m] height of the lowest point of all shapes, with the torso's origin at height 0."""
-        lowest = math.inf
-        for placement, shape in self._shapes(torso_rotation, joints):
-            up = (placement.rotation @ shape.rotation)[2]
-            height = placement.act(shape.position)[2]
-            lowest = min(lowest, height - half_height(shape, up))
-        for point in self._contact_points():
-            lowest = min(lowest, point[2] - CONTACT_RADIUS)
-        return float(lowest)
-
     def bounds(
         self, torso_rotation: FloatArray, joints: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
@@ -227,34 +215,21 @@ class Body:
             (3,) [m] smallest and (3,) [m] largest x, y, z.
         """
         low, high = np.full(3, math.inf), np.full(3, -math.inf)
-        for placement, shape in self._shapes(torso_rotation, joints):
-            axes = placement.rotation @ shape.rotation
-            centre = placement.act(shape.position)
-            half = np.array([half_height(shape, axis) for axis in axes])
-            low, high = np.minimum(low, centre - half), np.maximum(high, centre + half)
-        for point in self._contact_points():
-            low = np.minimum(low, point - CONTACT_RADIUS)
-            high = np.maximum(high, point + CONTACT_RADIUS)
-        return low, high
-
-    def _shapes(
-        self, torso_rotation: FloatArray, joints: FloatArray
-    ) -> Iterator[tuple[pin.SE3, Shape]]:
-        """Each shape with the pose of its link, with the torso's origin at 0."""
         self._configure(np.zeros(3), torso_rotation, joints)
-        model, data = self._model, self._data
-        pin.forwardKinematics(model, data, self._configuration)
+        pin.forwardKinematics(self._model, self._data, self._configuration)
         for link in self.links:
             placement = self._placement(link)
             for shape in link.collision:
-                yield placement, shape
-
-    def _contact_points(self) -> Iterator[FloatArray]:
-        """(3,) [m] of each contact point of the soles; after `_shapes`."""
+                axes = placement.rotation @ shape.rotation
+                centre = placement.act(shape.position)
+                half = np.array([half_height(shape, axis) for axis in axes])
+                low, high = np.minimum(low, centre - half), np.maximum(high, centre + half)
         for sole, frame in zip(self.soles, self._sole_frames, strict=True):
             placement = pin.updateFramePlacement(self._model, self._data, frame)
-            for point in sole.points:
-                yield placement.act(point)
+            for point in map(placement.act, sole.points):
+                low = np.minimum(low, point - CONTACT_RADIUS)
+                high = np.maximum(high, point + CONTACT_RADIUS)
+        return low, high
 
     def _placement(self, link: Link) -> pin.SE3:
         """Of a link in the world, after forward kinematics."""

@@ -491,7 +491,8 @@ def _start_state(
     x, y, heading = spec.pose
     if heading:
         rotation = _turned(rotation, heading)
-    height = -body.lowest_point(rotation_matrix(rotation), joints)
+    lowest, _ = body.bounds(rotation_matrix(rotation), joints)
+    height = -lowest[2]
     place = np.array([x, y, 0.0])
     if ground:
         height += _highest_under(body, place, rotation_matrix(rotation), joints, ground)

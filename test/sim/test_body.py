@@ -178,10 +178,10 @@ def test_lowest_point_standing_and_lying(robot: RobotDescription) -> None:
     body = Body(robot, draw_individual(load_plant("ideal"), robot, NOMINAL))
     stand = np.array(robot.stand_pose)
     sole = body.pose(np.zeros(3), np.eye(3), stand).sole_position[0][2]
-    assert body.lowest_point(np.eye(3), stand) == pytest.approx(sole, abs=1e-4)
+    assert body.bounds(np.eye(3), stand)[0][2] == pytest.approx(sole, abs=1e-4)
     # head down: the top of the head's sphere, 0.1265 + 0.055 + 0.06 above the torso
     upside_down = pin.exp3(np.array([math.pi, 0.0, 0.0]))
-    assert body.lowest_point(upside_down, stand) == pytest.approx(-0.2415, abs=1e-9)
+    assert body.bounds(upside_down, stand)[0][2] == pytest.approx(-0.2415, abs=1e-9)
 
 
 def test_lowest_point_of_every_shape(robot: RobotDescription, body: Body) -> None:
@@ -218,7 +218,7 @@ def test_lowest_point_of_every_shape(robot: RobotDescription, body: Body) -> Non
             world = (frame.rotation @ (place.rotation @ points.T + place.translation[:, None])).T
             lowest = min(lowest, float((world + frame.translation)[:, 2].min()))
     # the plates of the feet meet legs only, but here none of them is lowest
-    assert body.lowest_point(rotation, joints) == pytest.approx(lowest, abs=2e-4)
+    assert body.bounds(rotation, joints)[0][2] == pytest.approx(lowest, abs=2e-4)
 
 
 def edited(folder: Path, robot: RobotDescription, xml: str) -> RobotDescription:
