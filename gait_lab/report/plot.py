@@ -2,7 +2,9 @@
 
 import base64
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -85,15 +87,9 @@ class Figure:
 
 def drawn(figure: Figure, lines: Sequence[Line], store: ArrayStore) -> dict[str, Any]:
     """The figure with these lines, as the page's script takes it."""
-    from plotly.subplots import make_subplots
-
     panels = list(dict.fromkeys(line.panel for line in lines))
     rows, over_time = -(-len(panels) // figure.columns), figure.x_label == TIME
-    layout: dict[str, Any] = make_subplots(
-        rows, figure.columns, shared_xaxes="all" if over_time else False,
-        vertical_spacing=0.17 / max(rows, 3), horizontal_spacing=0.07,
-    ).layout.to_plotly_json()  # fmt: skip
-    layout.pop("template", None)
+    layout = deepcopy(_grid(rows, figure.columns, over_time))
     for index, panel in enumerate(panels):
         number = _number(index)
         x_axis, y_axis = layout[f"xaxis{number}"], layout[f"yaxis{number}"]
@@ -119,6 +115,19 @@ def drawn(figure: Figure, lines: Sequence[Line], store: ArrayStore) -> dict[str,
         "time": over_time,
         "window": figure.window,
     }
+
+
+@cache
+def _grid(rows: int, columns: int, one_x_axis: bool) -> dict[str, Any]:
+    """The axes of panels. Plotly takes as long for them as for all that a walk has to be read."""
+    from plotly.subplots import make_subplots
+
+    layout: dict[str, Any] = make_subplots(
+        rows, columns, shared_xaxes="all" if one_x_axis else False,
+        vertical_spacing=0.17 / max(rows, 3), horizontal_spacing=0.07,
+    ).layout.to_plotly_json()  # fmt: skip
+    layout.pop("template", None)
+    return layout
 
 
 def _number(index: int) -> str:

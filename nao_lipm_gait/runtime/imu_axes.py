@@ -11,6 +11,7 @@ one band, so that constant errors and noise do not count. A robot that is held, 
 in a way that no hypothesis explains.
 """
 
+from functools import cache
 from itertools import permutations, product
 from math import atan2, pi, radians, remainder, tau
 from typing import NamedTuple
@@ -253,6 +254,7 @@ _TURNS = (1, 3, 5, 7)
 """Eighths of a turn about the vertical; whole quarters are among the exchanged axes."""
 
 
+@cache
 def _hypotheses() -> tuple[Hypothesis, ...]:
     """All hypotheses, the axes as they are first, then the simplest."""
     forces = [_exchanged(order, signs) for order in ((0, 1), (1, 0)) for signs in _signs()]

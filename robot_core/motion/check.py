@@ -142,15 +142,13 @@ class _Legs:
         configuration[self._columns] = position
         model, shapes, (data, found) = self._model, self._shapes, self._data
         pin.updateGeometryPlacements(model, data, shapes, found, configuration)
-        pin.computeDistances(shapes, found)
-        distances = [result.min_distance for result in found.distanceResults]
-        nearest = int(np.argmin(distances))
+        nearest = pin.computeDistances(shapes, found)
         pair = shapes.collisionPairs[nearest]
         first, second = (
             model.frames[shapes.geometryObjects[n].parentFrame].name
             for n in (pair.first, pair.second)
         )
-        return -distances[nearest], first, second
+        return -found.distanceResults[nearest].min_distance, first, second
 
 
 @lru_cache(maxsize=8)

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, NoReturn
 from robot_core.errors import NaoGaitError, one_line
 
 if TYPE_CHECKING:
+    from rclpy.context import Context
     from rclpy.executors import Executor
     from rclpy.node import Node
 
@@ -271,7 +272,7 @@ def run(
         rclpy.try_shutdown()
 
 
-def events_executor() -> "Executor":
+def events_executor(context: "Context | None" = None) -> "Executor":
     """The executor that is told of messages and does not look for them, where rclpy has it.
 
     It cannot serve subscriptions that take the message info (rclpy 7.1), and knows no groups.
@@ -281,8 +282,8 @@ def events_executor() -> "Executor":
     try:
         from rclpy.experimental import EventsExecutor
     except ImportError:
-        return SingleThreadedExecutor()
-    return EventsExecutor()
+        return SingleThreadedExecutor(context=context)
+    return EventsExecutor(context=context)
 
 
 def spin(_node: "Node", executor: "Executor", stop: StopRequest) -> None:

@@ -1,7 +1,10 @@
 """The nodes as processes, and a probe that talks to them. Waits on predicates, never on sleeps."""
 
+import atexit
+import json
 import os
 import re
+import select
 import signal
 import socket
 import struct
@@ -9,22 +12,20 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
 import rclpy
 from geometry_msgs.msg import Twist
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 
 from nao_soccer.team.udp import LOCAL
 from robot_core.ros.lockstep import LockstepPartner
-from robot_core.ros.process import DomainClaim
+from robot_core.ros.process import DomainClaim, events_executor
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = {
@@ -56,23 +57,40 @@ def _held_port() -> socket.socket:
     return holder
 
 
+@cache
+def _server() -> "subprocess.Popen[str]":
+    """The process that starts nodes; it ends with this one, which it serves alone."""
+    server = subprocess.Popen(
+        [sys.executable, str(Path(__file__).with_name("node_server.py"))],
+        cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    atexit.register(server.communicate)
+    return server
+
+
+def _ask(**request: object) -> Any:
+    server = _server()
+    assert server.stdin is not None
+    assert server.stdout is not None
+    print(json.dumps(request), file=server.stdin, flush=True)
+    return json.loads(server.stdout.readline())
+
+
 class Process:
     """One node as a process; its log goes to a file."""
 
     def __init__(self, name: str, log: Path, domain: DomainClaim, arguments: Sequence[str]) -> None:
         self.name = name
         self._log = log
-        environment = domain.environment() | {"PYTHONUNBUFFERED": "1"}
-        with log.open("wb") as file:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", MODULES[name], *arguments],
-                cwd=ROOT,
-                env=environment,
-                stdout=file,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
-        self.pid = self._process.pid
+        log.touch()
+        self.pid: int = _ask(
+            module=MODULES[name], arguments=arguments, environment=domain.environment(),
+            log=str(log),
+        )  # fmt: skip
+        self._handle = os.pidfd_open(self.pid)  # can be read once the process has ended
+        self._end = select.poll()
+        self._end.register(self._handle, select.POLLIN)
+        self._status: int | None = None
 
     @property
     def log(self) -> str:
@@ -82,26 +100,34 @@ class Process:
     @property
     def status(self) -> int | None:
         """Exit status; None while the process runs."""
-        return self._process.poll()
+        if self._status is None and self._end.poll(0):
+            self._status = _ask(ended=self.pid)
+            os.close(self._handle)
+        return self._status
 
     def signal(self, number: int) -> None:
         """Send a signal to the process."""
-        self._process.send_signal(number)
+        if self.status is None:
+            os.kill(self.pid, number)
 
     def wait(self, timeout: float = TIMEOUT) -> int:
         """Exit status."""
-        return self._process.wait(timeout)
+        if self._status is None:
+            self._end.poll(1e3 * timeout)
+        if self.status is None:
+            raise TimeoutError(f"{self.name} has not ended\n{self.log[-3000:]}")
+        return self.status
 
     def end(self) -> None:
         """Politely first: a killed process leaves its shared memory behind."""
-        if self._process.poll() is None:
+        if self.status is None:
             self.signal(signal.SIGINT)
             self.signal(signal.SIGCONT)  # one that was stopped
             try:
-                self._process.wait(60.0)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
+                self.wait(60.0)
+            except TimeoutError:
+                self.signal(signal.SIGKILL)
+                self.wait()
 
     def says(self, pattern: str) -> bool:
         """Whether its output matches a regular expression."""
@@ -130,10 +156,11 @@ class Probe:
         self._context = Context()
         rclpy.init(context=self._context, domain_id=self.domain.domain)
         self.node = Node("probe", context=self._context)
-        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor = events_executor(self._context)
         self._executor.add_node(self.node)
         self.processes: list[Process] = []
         self._ports: list[socket.socket] = []
+        self._received = 0
 
     def start(self, name: str, *arguments: str, **parameters: object) -> Process:
         """Start one of `MODULES` with ROS parameters."""
@@ -159,6 +186,7 @@ class Probe:
 
         def receive(message: Any) -> None:
             messages.append(message)
+            self._received += 1
             if callback is not None:
                 callback(message)
 
@@ -213,12 +241,11 @@ class Probe:
             self._executor.spin_once(timeout_sec=0.02)
 
     def settle(self) -> None:
-        """Serve all that has arrived; messages of several topics wait in a queue for each."""
-        with suppress(TimeoutException):
-            while True:
-                task, *_ = self._executor.wait_for_ready_callbacks(0.0)
-                task()
-                task.result()
+        """Serve all messages that have arrived."""
+        before = -1
+        while before < self._received:
+            before = self._received
+            self._executor.spin_once(timeout_sec=0.0)
 
     def close(self) -> None:
         """End all processes and leave the ROS domain."""

@@ -132,17 +132,19 @@ def test_bad_messages_are_named_and_the_gait_goes_on(probe: Probe):
     }  # fmt: skip
     for pattern, fields in bad_joints.items():
         robot.now += PERIOD
-        robot.send(joints=robot.joint_state(**fields))
         pattern = pattern.removesuffix(": *")
-        probe.wait(lambda p=pattern: robot.gait.says(f"joint_states .*{p}"), pattern)
+        probe.wait(
+            lambda p=pattern: robot.gait.says(f"joint_states .*{p}"), pattern,
+            every=lambda f=fields: robot.send(joints=robot.joint_state(**f)), pause=LOST,
+        )  # fmt: skip
     for axis in ("x", "z"):
         robot.now += PERIOD
         imu = robot.imu_message()
         setattr(imu.angular_velocity, axis, math.inf)
-        robot.send(imu=imu)
         probe.wait(
-            lambda a=axis: robot.gait.says(rf"imu/data angular_velocity\.{a}: got inf"), axis
-        )
+            lambda a=axis: robot.gait.says(rf"imu/data angular_velocity\.{a}: got inf"), axis,
+            every=lambda i=imu: robot.send(imu=i), pause=LOST,
+        )  # fmt: skip
     for value in (math.nan, math.inf, 1e9):
         twist = Twist()
         twist.linear.x = value
