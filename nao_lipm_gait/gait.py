@@ -257,7 +257,7 @@ class Gait:
         walking = state in ON_THE_WAY and not self._modes.must_stop
         wanted = self._corrected(command, dt) if walking else STANDSTILL
         self._last_command = self._step_mean.update(wanted, self._walk.predicted.step_count)
-        return self._next_targets(frame.stamp, walking, dt, moves_on=plans > 0)
+        return self._next_targets(frame.stamp, walking, measured=True, moves_on=plans > 0)
 
     def coast(self) -> JointTargets | None:
         """Joint targets for a control period whose frame has not arrived in time.
@@ -275,17 +275,17 @@ class Gait:
         self._elapsed = self._dt
         walking = not self._modes.must_stop
         stamp = self._stamp + self._ahead * self._period
-        return self._next_targets(stamp, walking, None, moves_on=True)
+        return self._next_targets(stamp, walking, measured=False, moves_on=True)
 
     def _next_targets(
-        self, stamp: int, walking: bool, measured_after: float | None, *, moves_on: bool
+        self, stamp: int, walking: bool, *, measured: bool, moves_on: bool
     ) -> JointTargets:
         """The second half of the tick: from the plan to joint targets.
 
         Args:
             stamp: Stamp [ns] of the frame that is answered.
             walking: The robot follows its command.
-            measured_after: Time [s] between the last frames; None without a new frame.
+            measured: There is a new frame.
             moves_on: The walk plans one control period more; else the last one again.
         """
         state, dt = self._modes.state, self._elapsed
@@ -334,8 +334,8 @@ class Gait:
 
         # Posture feedback by the gyro, eq (7) of Friedmann et al.
         if p.feedback and state is WALK:
-            rate = None if measured_after is None else self._estimator.angular_velocity
-            self._posture.apply(position, support, rate, p, measured_after or dt)
+            rate = self._estimator.angular_velocity if measured else None
+            self._posture.apply(position, support, rate, p)
 
         # Head, joint limits.
         self._turn_head(position)

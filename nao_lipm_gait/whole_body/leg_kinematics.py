@@ -112,9 +112,7 @@ class LegColumns:
         knee_pitch: Index of the knee.
         ankle_pitch: Index of the ankle pitch.
         ankle_roll: Index of the ankle roll.
-        hip_roll_sign: +1 for a hip roll about +x, -1 about -x.
-        hip_pitch_sign: The same for the hip pitch and y.
-        ankle_pitch_sign: The same for the ankle pitch and y.
+        ankle_pitch_sign: +1 for an ankle pitch about +y, -1 about -y.
         ankle_roll_sign: The same for the ankle roll and x.
     """
 
@@ -126,8 +124,6 @@ class LegColumns:
         self.knee_pitch = robot.index(leg.knee_pitch)
         self.ankle_pitch = robot.index(leg.ankle_pitch)
         self.ankle_roll = robot.index(leg.ankle_roll)
-        self.hip_roll_sign = signs[self.hip_roll]
-        self.hip_pitch_sign = signs[self.hip_pitch]
         self.ankle_pitch_sign = signs[self.ankle_pitch]
         self.ankle_roll_sign = signs[self.ankle_roll]
 
