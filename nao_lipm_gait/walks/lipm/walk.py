@@ -90,26 +90,26 @@ class LipmWalk:
     def stand_at(self, q_in_odom: Pose2) -> None:
         """Reset to a stand: both feet side by side, the CoM at rest between them."""
         self._rest(LEFT, home_sole(LEFT, self._p), home_sole(RIGHT, self._p), q_in_odom)
-        self._stopping = True
+        self.stopping = True
 
     def _rest(self, support: int, left_sole: Pose2, right_sole: Pose2, q_in_odom: Pose2) -> None:
         """The CoM at rest in the middle of Q; the soles are given in Q."""
         carrying, other = (left_sole, right_sole) if support == LEFT else (right_sole, left_sole)
         rest = WalkState(support, 0.0, 0.0, 0.0, 0.0, carrying, q_in_odom, 0)
-        self._observed = self._expected = self._predicted = self._before = rest
+        self.estimated = self.expected = self.predicted = self._before = rest
         still = (Segment(self._dt, 0.0, 0.0),)
         self._committed: deque[tuple[Segment, ...]] = deque([still] * self.delay_ticks)
         self._sent: deque[bool] = deque([True] * self.delay_ticks)
         self._followed = CATCH_UP + 1
         self._stride = STEP_IN_PLACE
         self._wanted_step = None
-        self._reserve = 1.0
+        self.reserve = 1.0
         self._passing = 0.0
         self._pace = Pace()
         self._last_wanted_step: Pose2 = (0.0, 0.0, 0.0)
-        self._step_size: Pose2 = (0.0, 0.0, 0.0)
+        self.step_size: Pose2 = (0.0, 0.0, 0.0)
         self._last_step_size: Pose2 = (0.0, 0.0, 0.0)
-        self._origin = (0.0, 0.0)
+        self.origin_in_q = (0.0, 0.0)
         self._swing = self._swing_foot(other, 0.0)
         self._swing_target = SoleTarget(other[0], other[1], 0.0, other[2])
         self._torso_yaw = 0.0
@@ -117,23 +117,23 @@ class LipmWalk:
         self._sway.begin()
         self._unobserved = 0
         self._elapsed = 0.0
-        self._time_left = 0.0
+        self.time_left = 0.0
         self._shifts_weight = False
 
     def start(self, command: VelocityCommand, inward: float = 0.0) -> None:
         """Let the CoM fall from the middle towards the first support foot: no ramp is needed."""
-        soles = self._predicted.sole_in_q, self._swing.pose_in_q
-        left_sole, right_sole = soles if self._predicted.support == LEFT else soles[::-1]
+        soles = self.predicted.sole_in_q, self._swing.pose_in_q
+        left_sole, right_sole = soles if self.predicted.support == LEFT else soles[::-1]
         left_sole, right_sole = closer_soles(left_sole, right_sole, inward)
-        self._rest(first_support(command), left_sole, right_sole, self._predicted.q_in_odom)
-        self._stopping = False
+        self._rest(first_support(command), left_sole, right_sole, self.predicted.q_in_odom)
+        self.stopping = False
         self._shifts_weight = True
 
     def catch(self, x: float, y: float, vx: float, vy: float) -> None:
         """Step from a stand that tips, see `Walk`; the foot that the CoM moves to swings first."""
         self.start(VelocityCommand(0.0, divergent_component(y, vy, self._k), 0.0))
-        tipping = self._observed.moved(x, y, vx, vy)
-        self._observed = self._expected = self._predicted = self._before = tipping
+        tipping = self.estimated.moved(x, y, vx, vy)
+        self.estimated = self.expected = self.predicted = self._before = tipping
         # Until now both feet have pushed back as far as the soles reach.
         pushed = Segment(self._dt, *stopping_origin(tipping, self._k, self._p))
         self._committed = deque([(pushed,)] * self.delay_ticks)
@@ -145,11 +145,11 @@ class LipmWalk:
 
     def expect(self) -> Expectation:
         """x_e of eq (10): the committed pendulum, one control period on."""
-        self._before = self._observed
+        self._before = self.estimated
         if self._committed:
-            self._observed = follow(self._observed, self._committed.popleft(), self._k)
+            self.estimated = follow(self.estimated, self._committed.popleft(), self._k)
             self._followed = self._followed + 1 if self._sent.popleft() else 0
-        self._expected = expected = self._observed
+        self.expected = expected = self.estimated
         self._unobserved += 1
         # The step that has just been measured ended one delay ago: before the one that is planned.
         return Expectation(
@@ -163,9 +163,9 @@ class LipmWalk:
         if self._followed <= CATCH_UP:
             return  # the joints did not follow the walk
         missed, self._unobserved = self._unobserved > 1, 0
-        if self._stopping or not self._p.feedback:
+        if self.stopping or not self._p.feedback:
             return  # with both feet on the ground there is no pendulum to correct
-        expected, dt = self._expected, self._dt
+        expected, dt = self.expected, self._dt
         dx, dy = measured_x - expected.x, measured_y - expected.y  # (11)
         dx, dy = self._offset.remove(dx, dy, dt)
         self._sway.update(dy, dt)
@@ -182,7 +182,7 @@ class LipmWalk:
             missed,
             acceleration,
         )
-        self._observed = expected.moved(
+        self.estimated = expected.moved(
             expected.x + correction.x,
             expected.y + correction.y,
             expected.vx + (correction.vx + push_x),
@@ -191,8 +191,8 @@ class LipmWalk:
 
     def plan(self, command: VelocityCommand, *, sent: bool = True) -> BodyTargets:
         """Predict over the delay (21); the targets are for then, the plan for what comes after."""
-        state = follow(self._observed, chain.from_iterable(self._committed), self._k)  # (21)
-        self._predicted = state
+        state = follow(self.estimated, chain.from_iterable(self._committed), self._k)  # (21)
+        self.predicted = state
         x, y, yaw = self._swing.pose_in_q
         self._swing_target = SoleTarget(x, y, self._swing.height, yaw, self._swing.pitch)
         # The torso turns at a constant rate: it is not braked and driven anew in every step, which
@@ -204,14 +204,14 @@ class LipmWalk:
 
     def lengthen(self, ahead: float) -> None:
         """See `Walk`; a step of its own limit gets no longer."""
-        x, y, yaw = self._wanted_step or self._stride.of_step(-self._predicted.support, self._p)
+        x, y, yaw = self._wanted_step or self._stride.of_step(-self.predicted.support, self._p)
         self._wanted_step = min(x + ahead, max(x, self._p.step_forward_max)), y, yaw
 
     def replan(self) -> BodyTargets:
         """The targets of the last `plan` again, from the state as it is observed now."""
         sent = islice(self._committed, max(0, len(self._committed) - 1))
-        self._predicted = follow(self._observed, chain.from_iterable(sent), self._k)
-        return self._targets(self._predicted)
+        self.predicted = follow(self.estimated, chain.from_iterable(sent), self._k)
+        return self._targets(self.predicted)
 
     def _targets(self, state: WalkState) -> BodyTargets:
         return body_targets(
@@ -233,7 +233,7 @@ class LipmWalk:
         the pendulum origin answers in every tick, so no push has to be predicted there.
         """
         gain = PUSH_TIME * self._push_detector.lateral_acceleration
-        if gain == 0.0 or self._stopping:
+        if gain == 0.0 or self.stopping:
             return state
         return state.moved(state.x, state.y + 0.5 * PUSH_TIME * gain, state.vx, state.vy + gain)
 
@@ -242,24 +242,24 @@ class LipmWalk:
         segments: list[Segment] = []
         left = self._dt
         while left > TIME_MIN:
-            if self._stopping:
-                self._origin = stopping_origin(state, self._k, self._p)
-                segments.append(Segment(left, *self._origin))
+            if self.stopping:
+                self.origin_in_q = stopping_origin(state, self._k, self._p)
+                segments.append(Segment(left, *self.origin_in_q))
                 break
             self._plan_single_support(state)
-            duration = min(left, self._time_left)
+            duration = min(left, self.time_left)
             if not self._shifts_weight:
                 # The swing sole lands where it stands in Q-bar.
-                landing = compose(self._step_size, home_sole(-state.support, self._p))
-                self._swing.move_towards(landing, duration, self._time_left)
+                landing = compose(self.step_size, home_sole(-state.support, self._p))
+                self._swing.move_towards(landing, duration, self.time_left)
             self._elapsed += duration
-            self._time_left -= duration
+            self.time_left -= duration
             left -= duration
             change = None
-            if self._time_left <= TIME_MIN:
-                sole_in_next_q = relative(self._swing.pose_in_q, self._step_size)
-                change = NextSupport(self._step_size, sole_in_next_q)
-            segments.append(Segment(duration, *self._origin, change))
+            if self.time_left <= TIME_MIN:
+                sole_in_next_q = relative(self._swing.pose_in_q, self.step_size)
+                change = NextSupport(self.step_size, sole_in_next_q)
+            segments.append(Segment(duration, *self.origin_in_q, change))
             if change is not None:
                 before, state = state, follow(state, segments[-1:], self._k)
                 self._change_support(before, state, command)
@@ -273,11 +273,11 @@ class LipmWalk:
             self._passing,
             self._elapsed,
             self._last_step_size[0],
-            self._origin[0],
+            self.origin_in_q[0],
             self._shifts_weight,
         )
         plan = self._single_support.plan(state, request)
-        self._time_left, self._origin, self._step_size = plan.time, plan.origin, plan.step_size
+        self.time_left, self.origin_in_q, self.step_size = plan.time, plan.origin, plan.step_size
 
     def _change_support(
         self, before: WalkState, state: WalkState, command: VelocityCommand
@@ -286,9 +286,9 @@ class LipmWalk:
         p = self._p
         in_place = self._stride.is_zero and not self._shifts_weight
         self._steps_in_place = self._steps_in_place + 1 if in_place else 0
-        feet_together = max(map(abs, self._step_size)) < FEET_TOGETHER
+        feet_together = max(map(abs, self.step_size)) < FEET_TOGETHER
         enough = feet_together or self._steps_in_place >= STEPS_IN_PLACE_MAX
-        self._stopping = command.is_zero and in_place and enough and can_stop(state, self._k)
+        self.stopping = command.is_zero and in_place and enough and can_stop(state, self._k)
         if not self._shifts_weight:
             self._pace.add(self._elapsed, self._stride, p)
         wanted = stride_for(command, p, self._pace.share)
@@ -299,17 +299,17 @@ class LipmWalk:
         self._stride = approach(self._stride, wanted, p)
         forward_share, _, _ = self._stride.used_shares(p)
         self._sway.watch(forward_share)
-        self._last_wanted_step = self._wanted_step or self._step_size
+        self._last_wanted_step = self._wanted_step or self.step_size
         self._wanted_step = None
         # What holds the speed must not grow while the sway, not the command, sets the stride.
-        self._reserve = 0.0 if sways else 1.0 - limit_share(self._stride, p)
+        self.reserve = 0.0 if sways else 1.0 - limit_share(self._stride, p)
         self._passing = passing_speed(self._stride, p)
         self._swing = self._swing_foot(
-            relative(before.sole_in_q, self._step_size), 0.0 if self._stopping else p.swing_lift
+            relative(before.sole_in_q, self.step_size), 0.0 if self.stopping else p.swing_lift
         )
-        self._last_step_size = self._step_size
+        self._last_step_size = self.step_size
         self._elapsed = 0.0
-        self._time_left = 0.0
+        self.time_left = 0.0
         self._shifts_weight = False
 
     def _swing_foot(self, start: Pose2, lift: float) -> SwingFoot:
@@ -321,49 +321,9 @@ class LipmWalk:
     @property
     def finished(self) -> bool:
         """Whether a stop has brought the CoM to rest, in the observed state too."""
-        return self._stopping and is_at_rest(self._predicted) and is_at_rest(self._observed)
-
-    @property
-    def stopping(self) -> bool:
-        """Whether both feet stay on the ground from now on."""
-        return self._stopping
-
-    @property
-    def estimated(self) -> WalkState:
-        """State at the time of the measurement, after the correction."""
-        return self._observed
-
-    @property
-    def expected(self) -> WalkState:
-        """State at the time of the measurement, before the correction."""
-        return self._expected
-
-    @property
-    def predicted(self) -> WalkState:
-        """State at the time when the targets of the last `plan` take effect."""
-        return self._predicted
-
-    @property
-    def origin_in_q(self) -> tuple[float, float]:
-        """Pendulum origin r, x and y in Q [m]."""
-        return self._origin
+        return self.stopping and is_at_rest(self.predicted) and is_at_rest(self.estimated)
 
     @property
     def com_ahead(self) -> float:
         """Measured minus planned CoM on average, forward [m], times `lean_torque`."""
         return self._p.lean_torque * self._offset.x
-
-    @property
-    def step_size(self) -> Pose2:
-        """s-bar, the pose of Q-bar in Q."""
-        return self._step_size
-
-    @property
-    def reserve(self) -> float:
-        """Share of the step limits that the current stride leaves unused."""
-        return self._reserve
-
-    @property
-    def time_left(self) -> float:
-        """Time until the support change [s]."""
-        return self._time_left

@@ -117,8 +117,8 @@ class ZmpWalk:
         self._stride = STEP_IN_PLACE
         self._last_step = NOWHERE
         self._stand(Phase.REST, LEFT, home_sole(LEFT, self._p), home_sole(RIGHT, self._p))
-        self._predicted = self._expected = self._state()
-        self._sent: deque[StrideState] = deque([self._predicted] * self.delay_ticks)
+        self.predicted = self.expected = self._state()
+        self._sent: deque[StrideState] = deque([self.predicted] * self.delay_ticks)
 
     # -- the three stages of a tick ----------------------------------------------------------------
 
@@ -138,8 +138,8 @@ class ZmpWalk:
 
     def expect(self) -> Expectation:
         """What was sent one delay ago is expected at the measurement."""
-        before = self._expected
-        self._expected = state = self._sent.popleft() if self._sent else self._state()
+        before = self.expected
+        self.expected = state = self._sent.popleft() if self._sent else self._state()
         if state.step_count != before.step_count:
             self._last_step = relative(state.q_in_odom, before.q_in_odom)
         return Expectation(state.support, (state.x, state.y), state.sole_in_q, self._last_step)
@@ -151,9 +151,9 @@ class ZmpWalk:
 
     def plan(self, command: VelocityCommand, *, sent: bool = True) -> BodyTargets:
         """Targets of this tick; at the end of a half stride the next one is planned."""
-        self._predicted = self._state()
-        self._sent.append(self._predicted)
-        half, state = self._half_stride, self._predicted
+        self.predicted = self._state()
+        self._sent.append(self.predicted)
+        half, state = self._half_stride, self.predicted
         p = half.parameters
         com = (state.x, state.y, p.com_height)
         swing = self._swing_sole(half, p)
@@ -303,7 +303,7 @@ class ZmpWalk:
     @property
     def finished(self) -> bool:
         """Whether the walk is at rest, also at the time of the measurement."""
-        return self._predicted.phase is Phase.REST and self._expected.phase is Phase.REST
+        return self.predicted.phase is Phase.REST and self.expected.phase is Phase.REST
 
     @property
     def stopping(self) -> bool:
@@ -313,17 +313,7 @@ class ZmpWalk:
     @property
     def estimated(self) -> StrideState:
         """State at the time of the measurement; nothing corrects it."""
-        return self._expected
-
-    @property
-    def expected(self) -> StrideState:
-        """State at the time of the measurement."""
-        return self._expected
-
-    @property
-    def predicted(self) -> StrideState:
-        """State at the time when the targets of the last `plan` take effect."""
-        return self._predicted
+        return self.expected
 
     @property
     def origin_in_q(self) -> tuple[float, float]:
@@ -331,7 +321,7 @@ class ZmpWalk:
         half = self._half_stride
         if half.phase is not Phase.STEP:
             return 0.0, 0.0
-        return self._predicted.x, half.support * half.parameters.zmp_offset_y
+        return self.predicted.x, half.support * half.parameters.zmp_offset_y
 
     @property
     def com_ahead(self) -> float:
