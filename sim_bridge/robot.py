@@ -161,6 +161,8 @@ class SimulatedRobot:
         cameras: Its cameras, in the order of its description; empty in a world without.
         last_command: The last accepted joint targets since the start; None = none yet.
         heat: Temperatures of its motors and its battery; None in a plant without heat.
+        time: [ns] now.
+        state: The last observed state.
     """
 
     def __init__(
@@ -221,7 +223,7 @@ class SimulatedRobot:
         self._faded = np.ones(len(spec.robot.joint_names))
         self._friction: float | None = None
         self._faults_changed = False
-        self._time = self._restarted = 0
+        self.time = self._restarted = 0
 
     def start_at(self, pose: Pose2 | None) -> StartState:
         """At rest and upright at x, y [m], heading [rad] in the world; None = at its start."""
@@ -231,11 +233,6 @@ class SimulatedRobot:
         return _start_state(self.body, self.individual.joint_zero, spec, self._ground)
 
     # -- for users ---------------------------------------------------------------------------------
-
-    @property
-    def time(self) -> int:
-        """[ns] now."""
-        return self._time
 
     def command(self, targets: JointTargets | None) -> None:
         """Set the joint targets from the next step on; None keeps the last ones.
@@ -275,19 +272,19 @@ class SimulatedRobot:
 
     def read(self) -> Reading | None:
         """The newest reading that has passed the delay; None before the first one."""
-        return self._delay_line.newest(self._time)
+        return self._delay_line.newest(self.time)
 
     def coming(self) -> list[SensorFrame | None]:
         """The frames of `sense` now and after each of the next steps that are sampled already.
 
         With a delay of four control periods these are five frames.
         """
-        readings = self._delay_line.coming(self._time, self._period)
+        readings = self._delay_line.coming(self.time, self._period)
         return [None if reading is None else reading.frame for reading in readings]
 
     def images(self) -> list[CameraImage | None]:
         """The newest image of each camera that has passed its delay; None before the first one."""
-        return [camera.newest(self._time) for camera in self.cameras]
+        return [camera.newest(self.time) for camera in self.cameras]
 
     def push(self, force: FloatArray, duration: float) -> None:
         """Push the torso at its centre of mass, from the next physics step on.
@@ -347,11 +344,11 @@ class SimulatedRobot:
 
     def truth(self) -> GroundTruth:
         """The exact state now."""
-        state, pose = self._state, self._state.pose
+        state, pose = self.state, self.state.pose
         left = SolePose(pose.sole_position[0], pose.sole_rotation[0])
         right = SolePose(pose.sole_position[1], pose.sole_rotation[1])
         return GroundTruth(
-            stamp=self._time,
+            stamp=self.time,
             torso_position=state.torso_position,
             torso_quaternion=state.torso_rotation,
             torso_linear_velocity_in_torso=state.torso_linear_velocity @ state.torso_matrix,
@@ -414,7 +411,7 @@ class SimulatedRobot:
 
     def observe(self, time: int, state: TrueState) -> None:
         """Take the state at the end of a control period, at `time` [ns], and sample the sensors."""
-        self._slip = _slip(self._state, state, self._period / _SECOND)
+        self._slip = _slip(self.state, state, self._period / _SECOND)
         if self.heat is not None:
             motors = self.heat.step(
                 state.joint_torque, state.joint_velocity, self._period / _SECOND
@@ -422,18 +419,13 @@ class SimulatedRobot:
             self._fade(motors.share)
         self._record(time, state)
 
-    @property
-    def state(self) -> TrueState:
-        """The last observed state."""
-        return self._state
-
     def expose(self, render: Render) -> None:
         """Let the cameras expose the images that are due; `render` shows the world as it is now."""
         for camera in self.cameras:
-            camera.observe(self._time, self._state, render)
+            camera.observe(self.time, self.state, render)
 
     def _record(self, time: int, state: TrueState) -> None:
-        self._time, self._state = time, state
+        self.time, self.state = time, state
         frame = self._sensors.sample(time, state)
         wrenches = self._force_sensors.read(state.sole_wrench)
         motors = None if self.heat is None else self.heat.state

@@ -140,6 +140,7 @@ class Pitch(AbstractContextManager["Pitch"]):
     Attributes:
         players: In the order of the scene's robots.
         messages_of: Number of team messages that were sent, by team.
+        poses: True poses of the robots in the world.
         count: Control periods so far.
         falls: How often each robot fell.
 
@@ -182,7 +183,7 @@ class Pitch(AbstractContextManager["Pitch"]):
         self._loss = loss
         self._random = np.random.default_rng([23, first])
         self._teams = [robot.team for robot in scene.robots]
-        self._poses: list[Pose2] = [robot.pose for robot in scene.robots]
+        self.poses: list[Pose2] = [robot.pose for robot in scene.robots]
         self._seen = [OtherRobot(ROBOT_OF[robot.team], robot.pose[:2]) for robot in scene.robots]
         self._vision = VisionSettings(
             field=self.field, goals=self.goals, poles=scene.poles, ball_radius=ball.radius
@@ -252,11 +253,6 @@ class Pitch(AbstractContextManager["Pitch"]):
         """Where the ball is by the rules."""
         return self.field.place_of(self.ball_position, self.ball_radius, self.goals)
 
-    @property
-    def poses(self) -> Sequence[Pose2]:
-        """True poses of the robots in the world."""
-        return self._poses
-
     def others(self, index: int) -> list[OtherRobot]:
         """All robots but one, as they are seen."""
         return [each for number, each in enumerate(self._seen) if number != index]
@@ -280,10 +276,10 @@ class Pitch(AbstractContextManager["Pitch"]):
         """
 
         def disturb(_: World, ticks: Sequence[Tick]) -> None:
-            self._poses = [tick.truth.base_footprint for tick in ticks]
+            self.poses = [tick.truth.base_footprint for tick in ticks]
             self._seen = [
                 _seen_as(robot, pose, tick)
-                for robot, pose, tick in zip(self.scene.robots, self._poses, ticks, strict=True)
+                for robot, pose, tick in zip(self.scene.robots, self.poses, ticks, strict=True)
             ]
             for index, upright in enumerate(map(is_upright, ticks)):
                 self.falls[index] += self._upright[index] and not upright

@@ -164,6 +164,8 @@ class Referee:
         kick_off: Team that kicks off first.
 
     Attributes:
+        phase: Phase of the game.
+        set_play: The set play that is not over.
         goals_scored: The goals so far.
         falls: Number of falls of each robot.
         messages: Team messages that were heard, by team; they reduce the announced budget.
@@ -196,11 +198,11 @@ class Referee:
         self._keepers = dict(goalkeepers)
         self._first_kick = kick_off
         self._kicks: str | None = kick_off
-        self._phase = Phase.INITIAL
+        self.phase = Phase.INITIAL
         self._since = 0.0
         self._half = 0
         self._half_ends = 0.0
-        self._set_play = SetPlay.NONE
+        self.set_play = SetPlay.NONE
         self._free_at = 0.0
         self._ball = _Ball()
         self._packet = 0
@@ -209,24 +211,14 @@ class Referee:
     # -- state -------------------------------------------------------------------------------------
 
     @property
-    def phase(self) -> Phase:
-        """Phase of the game."""
-        return self._phase
-
-    @property
     def over(self) -> bool:
         """The match has ended."""
-        return self._phase is Phase.FINISHED and self._half >= 2
+        return self.phase is Phase.FINISHED and self._half >= 2
 
     @property
     def score(self) -> dict[str, int]:
         """Goals by team."""
         return {team: sum(goal.team == team for goal in self.goals_scored) for team in TEAMS}
-
-    @property
-    def set_play(self) -> SetPlay:
-        """The set play that is not over."""
-        return self._set_play
 
     @property
     def kicking(self) -> str:
@@ -246,8 +238,8 @@ class Referee:
         self._packet = (self._packet + 1) % 256
         return ControlMessage(
             teams=(self._team("red"), self._team("blue")),
-            phase=self._phase,
-            set_play=self._set_play,
+            phase=self.phase,
+            set_play=self.set_play,
             kicking_team=None if self._kicks is None else TEAM_NUMBERS[self._kicks],
             first_half=self._half < 2,
             seconds_remaining=_whole(self._half_ends - self._time)
@@ -261,7 +253,7 @@ class Referee:
 
     def _secondary(self) -> float:
         """Time [s] until the phase ends, or until both teams may play the ball."""
-        rules, phase = self.rules, self._phase
+        rules, phase = self.rules, self.phase
         if phase is Phase.PLAYING:
             return self._free_at - self._time if self._kicks is not None else 0.0
         lasts = {
@@ -312,30 +304,30 @@ class Referee:
         for name in sorted(waiting):
             if self.penalized(name):
                 self._take_off(name, robots, orders)
-            elif name in self._carried and self._phase is Phase.READY:
+            elif name in self._carried and self.phase is Phase.READY:
                 self._punish(name, Penalty.PICK_UP, robots, orders)
             elif name in self._carried:
                 self._carry(name, orders)
-        if self._half < 2 and self._phase in (Phase.INITIAL, Phase.STANDBY):
+        if self._half < 2 and self.phase in (Phase.INITIAL, Phase.STANDBY):
             for name, robot in robots.items():
                 self._starts.setdefault(name, robot.position)
-        if self._phase is Phase.INITIAL:
+        if self.phase is Phase.INITIAL:
             self._half = max(self._half, 1)
             if time - self._since >= self.rules.initial:
                 self._enter(Phase.STANDBY)
-        elif self._phase is Phase.STANDBY:
+        elif self.phase is Phase.STANDBY:
             if time - self._since >= self.rules.standby:
                 self._enter(Phase.READY)
-        elif self._phase is Phase.READY:
+        elif self.phase is Phase.READY:
             if time - self._since >= self.rules.ready:
                 self._enter(Phase.SET)
                 self._carried.clear()
                 self._clear_places(robots, orders)
                 self._put((0.0, 0.0), robots, orders)
-        elif self._phase is Phase.SET:
+        elif self.phase is Phase.SET:
             if time - self._since >= self.rules.set:
                 self._begin_play(ball)
-        elif self._phase is Phase.PLAYING:
+        elif self.phase is Phase.PLAYING:
             self._play(ball, robots, orders)
         elif not self.over and time - self._since >= self.rules.pause:
             self._half, self._half_ends = 2, 0.0
@@ -344,9 +336,9 @@ class Referee:
             for name in self._players:
                 self._players[name].penalty = Penalty.NONE
                 self._carry(name, orders)
-        if self._half_ends and time >= self._half_ends and self._phase is not Phase.FINISHED:
+        if self._half_ends and time >= self._half_ends and self.phase is not Phase.FINISHED:
             self._enter(Phase.FINISHED)
-            self._set_play, self._kicks = SetPlay.NONE, None
+            self.set_play, self._kicks = SetPlay.NONE, None
         return orders
 
     def _carry(self, name: str, orders: list[Order]) -> None:
@@ -374,7 +366,7 @@ class Referee:
         self._restart_ball(ball)
 
     def _enter(self, phase: Phase) -> None:
-        self._phase, self._since = phase, self._time
+        self.phase, self._since = phase, self._time
 
     def _restart_ball(self, ball: Point3) -> None:
         self._ball.placed = ball[:2]
@@ -441,7 +433,7 @@ class Referee:
             lies = player.lies_since is not None
             if lies and self._time - (player.lies_since or 0.0) > self.rules.fallen:
                 self._punish(name, Penalty.INCAPABLE, robots, orders)
-            elif beyond > self.rules.leave and self._phase is Phase.PLAYING:
+            elif beyond > self.rules.leave and self.phase is Phase.PLAYING:
                 self._punish(name, Penalty.LEAVING, robots, orders)
 
     def _punish(
@@ -490,7 +482,7 @@ class Referee:
         if self._kicks is not None:
             moved = state.placed is not None and math.dist(ball[:2], state.placed) > MOVED
             if moved or self._time >= self._free_at:
-                self._kicks, self._set_play = None, SetPlay.NONE
+                self._kicks, self.set_play = None, SetPlay.NONE
         place = self._field.place_of(ball, self._radius, self._goals)
         if place in (BallPlace.IN_RED_GOAL, BallPlace.IN_BLUE_GOAL):
             self._score("blue" if place is BallPlace.IN_RED_GOAL else "red")
@@ -509,7 +501,7 @@ class Referee:
         scorer = self._players.get(name)
         own = scorer is not None and scorer.team != team
         self.goals_scored.append(Goal(self._time, team, name, own))
-        self._kicks, self._set_play = _other(team), SetPlay.NONE
+        self._kicks, self.set_play = _other(team), SetPlay.NONE
         self._enter(Phase.READY)
 
     def _put_back(
@@ -533,7 +525,7 @@ class Referee:
                 kind, to = SetPlay.GOAL_KICK, defender
                 depth = self._field.penalty_mark or 0.3 * x
                 place = (side * (x - depth), math.copysign(0.3 * y, ball[1]))
-        self._set_play, self._kicks = (kind, to) if to is not None else (SetPlay.NONE, None)
+        self.set_play, self._kicks = (kind, to) if to is not None else (SetPlay.NONE, None)
         self._free_at = self._time + self.rules.free
         self._put(place, robots, orders)
 
