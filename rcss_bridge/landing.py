@@ -50,17 +50,12 @@ class Landing:
             pose[robot.index(leg.knee_pitch)] = 2.0 * sign * BEND
             pose[robot.index(leg.ankle_pitch)] = -sign * BEND
         self._pose = pose
-        self._legs = [
-            robot.index(name) for leg in (robot.left_leg, robot.right_leg) for name in leg.names
-        ]
+        self._legs = [robot.index(name) for name in robot.leg_joints]
         self.active = False
         self.count = 0
         self._calm = self._since = 0.0
-        self._speed_max = JUMP * max(
-            robot.motors[name].no_load_speed
-            for leg in (robot.left_leg, robot.right_leg)
-            for name in leg.names
-        )
+        speeds = [robot.motors[name].no_load_speed for name in robot.leg_joints]
+        self._speed_max = JUMP * max(speeds)
         self._before = np.zeros(len(self._legs))
         self._stamp: int | None = None
 

@@ -16,6 +16,7 @@ import pinocchio as pin
 
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
+from robot_core.robot.urdf_model import driven_model
 from robot_core.types import FloatArray
 from sim_bridge.individual import Individual
 from sim_bridge.shapes import Color, Shape, half_height, read_colors, read_shapes
@@ -133,14 +134,7 @@ class Body:
         tree = ET.fromstring(robot.urdf)
         for link in tree.findall("link"):
             _scale_inertial(link, individual.mass_scale.get(link.attrib["name"], 1.0))
-        # Done here because Pinocchio's reduced models fail if a link and a joint share a name.
-        for joint in tree.findall("joint"):
-            if joint.attrib["name"] not in robot.joint_names:
-                joint.set("type", "fixed")
-        model = pin.buildModelFromXML(
-            ET.tostring(tree, encoding="unicode"), pin.JointModelFreeFlyer()
-        )
-        self._model = model
+        self._model = model = driven_model(tree, robot.joint_names, robot.urdf_path)
         self._data = model.createData()
         self._configuration = pin.neutral(model)
         self._q_index = np.array(

@@ -9,6 +9,7 @@ import itertools
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ import numpy as np
 
 from robot_core.errors import NaoGaitError
 from robot_core.robot.shape_points import lowest_points
+from robot_core.robot.urdf_model import driven_model
 from robot_core.types import FloatArray, Point2
 
 LEG_JOINTS = 6
@@ -71,19 +73,9 @@ class RobotTree:
     """The driven joints of a URDF in its zero pose; all others count as fixed."""
 
     def __init__(self, element: ET.Element, driven: Iterable[str], path: Path) -> None:
-        import pinocchio as pin  # here: a command line that only names a robot stays quick
+        import pinocchio as pin
 
-        keep = set(driven)
-        tree = ET.fromstring(ET.tostring(element, encoding="unicode"))
-        for joint in tree.findall("joint"):
-            if joint.get("name") not in keep:
-                joint.set("type", "fixed")
-        try:
-            text = ET.tostring(tree, encoding="unicode")
-            self.model = model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
-        except (ValueError, RuntimeError) as error:
-            allowed = "a URDF that Pinocchio can read"
-            raise NaoGaitError(f"URDF {path}", str(error), allowed) from error
+        self.model = model = driven_model(deepcopy(element), driven, path)
         self._data = data = model.createData()
         pin.computeJointJacobians(model, data, pin.neutral(model))
         pin.updateFramePlacements(model, data)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from robot_core.errors import NaoGaitError
+from robot_core.robot.urdf_model import driven_model
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 AXIS_TYPES = ("revolute", "continuous", "prismatic", "planar")
@@ -215,16 +216,9 @@ def _check_bodies(
     root: ET.Element, path: Path, joints: set[str], torso: str, soles: tuple[str, str]
 ) -> None:
     """Masses of what moves, and the size of the robot, with all other joints fixed."""
-    import pinocchio as pin  # here: a command line that only names a robot stays quick
+    import pinocchio as pin
 
-    for joint in root.findall("joint"):
-        if joint.get("name") not in joints:
-            joint.set("type", "fixed")
-    try:
-        text = ET.tostring(root, encoding="unicode")
-        model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
-    except (ValueError, RuntimeError) as error:
-        raise NaoGaitError(f"URDF {path}", str(error), "a URDF that Pinocchio can read") from error
+    model = driven_model(root, joints, path)
     for name, inertia in list(zip(model.names, model.inertias, strict=True))[1:]:
         moved = "the torso" if name == "root_joint" else f"what joint {name} moves"
         where = f"{moved} in {path}"

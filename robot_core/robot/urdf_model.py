@@ -3,7 +3,9 @@
 import dataclasses
 import math
 import xml.etree.ElementTree as ET
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from robot_core.errors import NaoGaitError
 from robot_core.robot.description import JointLimit, LegJoints
@@ -32,6 +34,27 @@ def limited_xml(text: str, where: str) -> ET.Element:
         raise NaoGaitError(where, str(error), "well-formed XML") from error
     _check_extent(root, where)
     return root
+
+
+def driven_model(root: ET.Element, driven: Iterable[str], path: Path) -> Any:
+    """The URDF as a Pinocchio model with a free base; joints that are not driven become fixed.
+
+    In the URDF itself, because Pinocchio's reduced models fail if a link and a joint share a name.
+
+    Raises:
+        NaoGaitError: Pinocchio cannot read it.
+    """
+    import pinocchio as pin  # here: a command line that only names a robot stays quick
+
+    keep = set(driven)
+    for joint in root.findall("joint"):
+        if joint.get("name") not in keep:
+            joint.set("type", "fixed")
+    try:
+        text = ET.tostring(root, encoding="unicode")
+        return pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+    except (ValueError, RuntimeError) as error:
+        raise NaoGaitError(f"URDF {path}", str(error), "a URDF that Pinocchio can read") from error
 
 
 class UrdfModel:
