@@ -16,7 +16,7 @@ from nao_lipm_gait.estimation.sole_levelling import SoleLevelling, sole_springs
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.state_estimator import StateEstimator
 from nao_lipm_gait.estimation.yaw_slip_from_lean import HEADING_LEAN
-from nao_lipm_gait.frame_check import check_inputs
+from nao_lipm_gait.frame_check import PERIOD, STAMP, check_inputs
 from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.modes import ModeInputs, Modes, Requests, Transition
 from nao_lipm_gait.motion.scheduler import ATTEMPTS, MotionScheduler
@@ -35,15 +35,18 @@ from nao_lipm_gait.whole_body.posture_feedback import PostureFeedback
 from nao_lipm_gait.whole_body.stand_blend import SET_DOWN_TIME, STAND_TIME, StandBlend
 from nao_lipm_gait.whole_body.step_kick import BALL, StepKick
 from nao_lipm_gait.whole_body.tilt_compensation import TiltCompensation
-from robot_core.errors import NaoGaitError, is_number
+from robot_core import head_goals
+from robot_core.errors import NaoGaitError
 from robot_core.geometry import ORIGIN, compose
 from robot_core.head_goals import Goal
 from robot_core.joint_limits import JointLimits
+from robot_core.message_checks import read_array
 from robot_core.motion.joints import BODY, joint_groups
 from robot_core.motion.keyframes import Motion
 from robot_core.motion.library import MotionLibrary
 from robot_core.rate_limiter import RateLimiter, limited_step
 from robot_core.robot import RobotDescription, load_robot
+from robot_core.schema import Number, Switch
 from robot_core.types import (
     DOWN,
     IN_MOTION,
@@ -57,6 +60,7 @@ from robot_core.types import (
     FloatArray,
     GaitState,
     GaitStatus,
+    Given,
     JointTargets,
     Point2,
     Pose6,
@@ -84,7 +88,7 @@ class Gait:
     Args:
         robot: Robot to walk with, or its shipped name or file (URDF, MJCF, robot file).
         parameters: Parameters of the gait, or the name or file of a preset.
-        control_period: Time [s] between two sensor frames.
+        control_period: Time [s] between two sensor frames, 0.002 to 0.05.
         motions: Motions of this robot; None = the shipped ones, read when one is first requested.
         calibration: Known constant errors of its sensors.
         make_observer: Makes a CoM observer of your own from the parameters, for `walk: lipm`.
@@ -102,7 +106,7 @@ class Gait:
         self,
         robot: RobotDescription | str | Path,
         parameters: GaitParameters | str | Path = DEFAULT,
-        control_period: float = 0.01,
+        control_period: Given[float] = 0.01,
         motions: MotionLibrary | None = None,
         calibration: Calibration = NOT_CALIBRATED,
         make_observer: MakeObserver | None = None,
@@ -114,8 +118,11 @@ class Gait:
             parameters = preset_for(robot, parameters)
         if changes:
             parameters = parameters.replace(**changes)
-        if not (is_number(control_period) and control_period > 0.0):
-            raise NaoGaitError("control_period", control_period, "more than 0 s")
+        period = PERIOD.check("control_period", control_period)
+        if not (motions is None or isinstance(motions, MotionLibrary)):
+            raise NaoGaitError("motions", motions, "a MotionLibrary or None")
+        if not isinstance(calibration, Calibration):
+            raise NaoGaitError("calibration", calibration, "a Calibration")
         if not (make_observer is None or callable(make_observer)):
             raise NaoGaitError("make_observer", make_observer, "a function of the parameters")
         self.robot = robot
@@ -127,8 +134,8 @@ class Gait:
         self._correction = SensorCorrection(robot, calibration)
         self._parameters = parameters
         self._pending: GaitParameters | None = None
-        self._dt = self._elapsed = control_period / self._size.time
-        self._period = round(control_period * 1e9)
+        self._dt = self._elapsed = period / self._size.time
+        self._period = round(period * 1e9)
         self._joints = len(robot.joint_names)
         self._body = BodyModel(self._image)
         self._limits = JointLimits(self._image)
@@ -199,7 +206,7 @@ class Gait:
 
     # -- the tick ----------------------------------------------------------------------------------
 
-    def step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
+    def step(self, frame: Given[SensorFrame], command: Given[VelocityCommand]) -> JointTargets:
         """One control tick: SensorFrame -> JointTargets.
 
         Args:
@@ -213,7 +220,9 @@ class Gait:
         Raises:
             NaoGaitError: A number is not finite, or an array has another shape; nothing changes.
         """
-        check_inputs(frame, command, self._joints)
+        return self._step(frame, check_inputs(frame, command, self._joints))
+
+    def _step(self, frame: SensorFrame, command: VelocityCommand) -> JointTargets:
         command = outside_deadband(command)
         # Constant errors of the sensors.
         frame = self._size.frame(self._correction.sensed(frame))
@@ -558,20 +567,22 @@ class Gait:
 
     # -- restarts and parameters -------------------------------------------------------------------
 
-    def restart(self, *, moved: bool = False) -> None:
+    def restart(self, *, moved: Given[bool] = False) -> None:
         """Reset after a gap in the frames, but keep the robot limp, fallen or sitting if it is so.
 
         A robot that was getting up tries again. `moved`: someone may have put it on its feet
         meanwhile; a fallen one stands at once if the next frame shows it upright.
         """
+        moved = Switch().check("moved", moved)
         before, position = self._modes, self._last_position
         self.reset()
         self._modes.continue_from(before, moved=moved)
         if self._modes.resumes:
             self._last_position = position
 
-    def continue_at(self, stamp: int) -> None:
+    def continue_at(self, stamp: Given[int]) -> None:
         """Go on without a reset although the clock was set; stamp [ns]: of the next frame."""
+        stamp = int(STAMP.check("stamp", stamp))
         if self._stamp is not None:
             self._stamp = stamp - self._period
 
@@ -579,7 +590,12 @@ class Gait:
         """Change the parameters; a walk applies them at its next support change.
 
         `NEEDS_RESET` ones take effect at the next reset; so do all with another walk engine.
+
+        Raises:
+            NaoGaitError: They are no `GaitParameters`.
         """
+        if not isinstance(parameters, GaitParameters):
+            raise NaoGaitError("parameters", parameters, "GaitParameters")
         self._pending = parameters
         if self._modes.state not in ON_THE_WAY:
             self._apply_pending()
@@ -644,13 +660,14 @@ class Gait:
         """Turn the head towards a goal, in any mode; None ends it.
 
         Raises:
-            NaoGaitError: The robot has no head joints.
+            NaoGaitError: The robot has no head joints, or the goal is not finite.
         """
+        goal = head_goals.checked(goal)
         if not self._head.exists:
             raise NaoGaitError("head", "none", "a robot with a `head` in its file")
         self._head.ask(self._size.goal(goal))
 
-    def request_lift(self, share: float) -> None:
+    def request_lift(self, share: Given[float]) -> None:
         """Lift the feet by a share of `swing_lift`, 0 to 1, from the next support change on.
 
         Beside other robots and posts a low foot pushes where a high one treads on things.
@@ -658,13 +675,14 @@ class Gait:
         Raises:
             NaoGaitError: The share is not from 0 to 1.
         """
-        if not (is_number(share) and 0.0 <= share <= 1.0):
-            raise NaoGaitError("lift", share, "0 to 1, a share of swing_lift")
+        share = Number(0.0, 1.0, "of swing_lift").check("lift", share)
         if share != self._lift_share:
-            self._lift_share = float(share)
+            self._lift_share = share
             self.set_parameters(self.parameters)
 
-    def request_kick(self, ball: Point2, direction: float, radius: float = BALL) -> None:
+    def request_kick(
+        self, ball: Given[Point2], direction: Given[float], radius: Given[float] = BALL
+    ) -> None:
         """Kick a ball in the walk, with the next foot whose way it lies on; see `StepKick`.
 
         Args:
@@ -676,11 +694,12 @@ class Gait:
         Raises:
             NaoGaitError: A number is not finite.
         """
-        if not all(map(is_number, (*ball, direction, radius))):
-            raise NaoGaitError("kick", (*ball, direction), "finite x, y [m] and direction [rad]")
-        x, y, radius = (each / self._size.length for each in (*ball, radius))
+        x, y = read_array(ball, "kick.ball", (2,), 100.0, "m").tolist()
+        towards = Number(-100.0, 100.0, "rad").check("kick.direction", direction)
+        size = Number(0.0, 1.0, "m").check("kick.radius", radius)
         base = self._estimator.odometry.base_footprint_in_odom
-        self._step_kick.ask(compose(base, (x, y, direction)), radius)
+        length = self._size.length
+        self._step_kick.ask(compose(base, (x / length, y / length, towards)), size / length)
 
     # -- status ------------------------------------------------------------------------------------
 
@@ -699,8 +718,9 @@ class Gait:
         """Current mode."""
         return self._modes.state
 
-    def corrected(self, frame: SensorFrame) -> SensorFrame:
+    def corrected(self, frame: Given[SensorFrame]) -> SensorFrame:
         """The frame without the constant errors that are known."""
+        check_inputs(frame, STANDSTILL, self._joints)
         return self._correction.sensed(frame)
 
     @property

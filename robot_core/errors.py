@@ -74,8 +74,8 @@ def _shown(value: object) -> str:
     """A value as text, truncated to a readable length; a huge one is never formatted whole."""
     try:
         text = repr(value) if _items(value, MOST_ITEMS) <= MOST_ITEMS else _SHORT.repr(value)
-    except ValueError:  # Python refuses to print integers of thousands of digits
-        text = f"an {type(value).__name__} too long to print"
+    except Exception:  # integers of thousands of digits; objects whose own `repr` fails
+        text = f"a value of type {type(value).__name__} that cannot be printed"
     return _clipped(_NUMPY.sub(r"\1", text))
 
 

@@ -1,5 +1,6 @@
-"""Checks of single fields of a message; a NaoGaitError names the field that is refused."""
+"""Checks of single fields of a message or call; a NaoGaitError names the one that is refused."""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 
@@ -47,6 +48,46 @@ def read_vector(values: Sequence[float], field: str, limit: float, unit: str) ->
         if not -limit <= value <= limit:
             finite(value, f"{field}.{axis}", limit, unit)
     return np.array(values, dtype=float)
+
+
+def read_array(
+    values: object, field: str, shape: tuple[int, ...], limit: float = math.inf, unit: str = "",
+    names: Sequence[str] = (),
+) -> FloatArray:
+    """Check an array, or nested lists, of finite numbers up to `limit` in size.
+
+    Args:
+        values: What somebody gave.
+        field: Its name.
+        shape: Its shape.
+        limit: Largest absolute value.
+        unit: Of the numbers.
+        names: Names of the items of a vector, for the message; none = their indices.
+
+    Returns:
+        A copy, of the shape.
+
+    Raises:
+        NaoGaitError: It is no such array, or names the first number that is refused.
+    """
+    span = "" if math.isinf(limit) else f" from {-limit:g} to {limit:g}"
+    allowed = f"an array of shape {shape} of finite numbers{span}" + f" [{unit}]" * bool(unit)
+    try:
+        found = np.asarray(values)
+    except ValueError:  # lists of different lengths
+        raise NaoGaitError(field, values, allowed) from None
+    if found.dtype.kind not in "fiu" or not found.shape:
+        raise NaoGaitError(field, values, allowed)
+    if found.shape != shape:
+        raise NaoGaitError(field, f"shape {found.shape}", allowed)
+    numbers: FloatArray = found.astype(float)
+    good = np.isfinite(numbers) & (abs(numbers) <= limit)
+    if not good.all():
+        index = np.unravel_index(int(np.argmin(good)), shape)
+        place = names[int(index[0])] if names else ", ".join(map(str, index))
+        allowed = f"a finite number{span} {unit}".rstrip()
+        raise NaoGaitError(f"{field}[{place}]", float(numbers[index]), allowed)
+    return numbers
 
 
 def some(names: Sequence[str]) -> str:

@@ -20,6 +20,7 @@ import stat
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from enum import StrEnum
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Self
 
@@ -75,13 +76,16 @@ class Number(Kind):
         return f"{'a whole number' if self.whole else 'a number'} {self.span}".rstrip()
 
     def check(self, where: str, value: Any) -> float:
-        """Return a float, or an int if `whole`."""
+        """Return a float, or an int if `whole`; numpy's numbers count as Python's."""
+        given = value
+        if isinstance(value, Real) and not isinstance(value, int | float):
+            value = int(value) if isinstance(value, Integral) else float(value)
         if is_number(value) and self.minimum <= value <= self.maximum:
             if not self.whole:
                 return float(value)
             if isinstance(value, int):
                 return value
-        raise NaoGaitError(where, value, self.allowed)
+        raise NaoGaitError(where, given, self.allowed)
 
 
 @attrs.frozen

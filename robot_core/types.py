@@ -4,7 +4,7 @@ Joint arrays (n,) follow `RobotDescription.joint_names`. Stamps are integer nano
 """
 
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,10 @@ Pose2 = tuple[float, float, float]
 """Planar pose: x, y [m], yaw [rad]."""
 Pose6 = tuple[float, float, float, float, float, float]
 """Pose in space: x, y, z [m], roll, pitch, yaw [rad]."""
+
+_T = TypeVar("_T")
+Given: TypeAlias = _T | Any
+"""What a user gives, before it is checked: machine code lets pass what is of another type."""
 
 GRAVITY = 9.81
 """Gravitational acceleration [m/s^2]."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot_core.errors import NaoGaitError
+from robot_core.schema import Number
 from robot_core.types import FloatArray
 from sim_bridge.body import Sole
 from sim_bridge.shapes import Color, Shape
@@ -22,6 +22,8 @@ CONTACT_DAMPING_RATIO = 0.16
 """Damping ratio of the contact; chosen: the ball bounces back at about 0.6 of its speed."""
 RIM_POINTS = 16
 """Number of points around the centre of a ball at which the height of the ground is evaluated."""
+FARTHEST = 1e3
+"""[m] from the middle of the world to a ball."""
 FRICTION = 0.6
 """Coulomb coefficient of the ball with the floor and with a foot; chosen."""
 
@@ -110,9 +112,8 @@ def ball_position(
     Raises:
         NaoGaitError: x or y is not finite, or farther than 1 km.
     """
-    for name, value in (("x", x), ("y", y)):
-        if not (math.isfinite(value) and abs(value) < 1e3):
-            raise NaoGaitError(f"ball {name}", value, "-1000 to 1000 m")
+    place = Number(-FARTHEST, FARTHEST, "m")
+    x, y = place.check("ball x", x), place.check("ball y", y)
     rim = np.linspace(0.0, 2.0 * math.pi, RIM_POINTS, endpoint=False)
     places = [(x, y), *((x + radius * math.cos(a), y + radius * math.sin(a)) for a in rim)]
     height = max(ground_height(ground, *place) for place in places)

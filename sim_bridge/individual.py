@@ -10,6 +10,7 @@ import numpy as np
 
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
+from robot_core.schema import Number
 from robot_core.types import FloatArray
 from sim_bridge.plant import Plant
 
@@ -63,8 +64,11 @@ def draw_individual(plant: Plant, robot: RobotDescription, seed: int) -> Individ
     Raises:
         NaoGaitError: The seed is not a whole number from -1.
     """
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < NOMINAL:
-        raise NaoGaitError("robot_seed", seed, "a whole number from 0, or -1 for the nominal robot")
+    try:
+        seed = int(Number(NOMINAL, whole=True).check("robot_seed", seed))
+    except NaoGaitError:
+        allowed = "a whole number from 0, or -1 for the nominal robot"
+        raise NaoGaitError("robot_seed", seed, allowed) from None
     variation, sensors = plant.variation, plant.sensors
     nominal = seed == NOMINAL
 

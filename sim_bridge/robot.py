@@ -7,9 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robot_core.command_input import PUSH_ABSURD
 from robot_core.errors import NaoGaitError
 from robot_core.geometry import ORIGIN, rotation_matrix
+from robot_core.message_checks import read_array
 from robot_core.robot import RobotDescription
+from robot_core.schema import Choice, Number, Optional
 from robot_core.types import FloatArray, JointTargets, Pose2, SensorFrame
 from sim_bridge.body import Body
 from sim_bridge.cameras.camera import (
@@ -46,6 +49,10 @@ that sets the limit has changed a little by the end of the step."""
 FADE_STEP = 0.01
 """Change of a motor's torque share by heat and voltage, from which on the engine uses it."""
 _SECOND = 1_000_000_000
+_STAMP = Number(unit="ns", whole=True)
+_SHARE = Number(0.0, 1.0)
+_DELAY = Number(0.0, 1.0, "s")
+_DURATION = Number(1e-6, 60.0, "s")
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,14 +192,10 @@ class SimulatedRobot:
         Raises:
             NaoGaitError: A value of `spec` is not allowed, or the robot has no camera.
         """
-        if spec.start_state not in START_STATES:
-            raise NaoGaitError("start_state", spec.start_state, ", ".join(START_STATES))
-        noise = spec.noise_seed
-        if isinstance(noise, bool) or not isinstance(noise, int) or noise < 0:
-            raise NaoGaitError("noise_seed", noise, "a whole number from 0")
+        Choice(START_STATES).check("start_state", spec.start_state)
+        noise = int(Number(0, whole=True).check("noise_seed", spec.noise_seed))
         delay = plant.sensors.delay if spec.sensor_delay is None else spec.sensor_delay
-        if not (math.isfinite(delay) and 0.0 <= delay <= 1.0):
-            raise NaoGaitError("sensor_delay", spec.sensor_delay, "0 to 1 s")
+        delay = _DELAY.check("sensor_delay", delay)
         self.spec, self.name = spec, spec.name
         self.model = make_robot_model(spec.robot, plant, spec.seed, spec.name, spec.color)
         self.description, self.plant = spec.robot, self.model.plant
@@ -243,25 +246,23 @@ class SimulatedRobot:
         Raises:
             NaoGaitError: The targets are not usable; the last ones stay.
         """
-        if targets is None or 0 < targets.stamp < self._restarted:
+        if targets is None:
             return
-        position = np.array(targets.position, dtype=float)
-        count = len(self.description.joint_names)
-        if position.shape != (count,):
-            allowed = f"{count} angles [rad]"
-            raise NaoGaitError("targets.position", f"shape {position.shape}", allowed)
-        if not np.isfinite(position).all():
-            bad = int(np.argmin(np.isfinite(position)))
-            name = f"targets.position[{self.description.joint_names[bad]}]"
-            raise NaoGaitError(name, float(position[bad]), "a finite angle [rad]")
-        if not 0.0 <= targets.stiffness <= 1.0:
-            raise NaoGaitError("targets.stiffness", targets.stiffness, "0 to 1")
-        stiffness: float | FloatArray = float(targets.stiffness)
+        names = self.description.joint_names
+        _STAMP.check("targets.stamp", targets.stamp)
+        position = read_array(
+            targets.position, "targets.position", (len(names),), unit="rad", names=names
+        )
+        stiffness: float | FloatArray = _SHARE.check("targets.stiffness", targets.stiffness)
         if targets.joint_stiffness is not None:
-            stiffness = np.array(targets.joint_stiffness, dtype=float)
-            if stiffness.shape != (count,) or not ((stiffness >= 0) & (stiffness <= 1)).all():
-                allowed = f"{count} shares, 0 to 1"
-                raise NaoGaitError("targets.joint_stiffness", stiffness.tolist(), allowed)
+            stiffness = read_array(
+                targets.joint_stiffness, "targets.joint_stiffness", (len(names),), 1.0, names=names
+            )
+            _SHARE.check("targets.joint_stiffness", float(np.min(stiffness)))
+        if targets.lead is not None:
+            read_array(targets.lead, "targets.lead", (len(names),), unit="rad", names=names)
+        if 0 < targets.stamp < self._restarted:
+            return
         self._target, self._stiffness = position, stiffness
         self.last_command = targets
 
@@ -298,11 +299,8 @@ class SimulatedRobot:
         Raises:
             NaoGaitError: The force or the duration is not usable.
         """
-        force = np.array(force, dtype=float)
-        if force.shape != (3,) or not np.isfinite(force).all():
-            raise NaoGaitError("push force", force.tolist(), "three finite numbers [N]")
-        if not (math.isfinite(duration) and duration > 0.0):
-            raise NaoGaitError("push duration", duration, "more than 0 s")
+        force = read_array(force, "push force", (3,), PUSH_ABSURD, "N")
+        duration = _DURATION.check("push duration", duration)
         self._push_force = force
         self._push_steps = max(1, round(duration / self._physics_step))
 
@@ -314,11 +312,9 @@ class SimulatedRobot:
         Raises:
             NaoGaitError: The robot has no such joint, or the share is not from 0 to 1.
         """
-        if joint not in self.description.joint_names:
+        if not isinstance(joint, str) or joint not in self.description.joint_names:
             raise NaoGaitError("joint", joint, f"a joint of {self.description.name}")
-        if not 0.0 <= share <= 1.0:
-            raise NaoGaitError("torque share", share, "0 to 1")
-        self._torque_share[self.description.index(joint)] = share
+        self._torque_share[self.description.index(joint)] = _SHARE.check("torque share", share)
         self._apply_torque_share()
 
     def _fade(self, share: FloatArray) -> None:
@@ -337,9 +333,7 @@ class SimulatedRobot:
         Raises:
             NaoGaitError: It is not from 0 to 10.
         """
-        if friction is not None and not (math.isfinite(friction) and 0.0 <= friction <= 10.0):
-            raise NaoGaitError("friction", friction, "0 to 10")
-        self._friction = friction
+        self._friction = Optional(Number(0.0, 10.0)).check("friction", friction)
         self._faults_changed = True
 
     def truth(self) -> GroundTruth:

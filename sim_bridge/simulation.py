@@ -8,9 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robot_core.errors import NaoGaitError, is_number
+from robot_core.command_input import PUSH_ABSURD
+from robot_core.errors import NaoGaitError
+from robot_core.message_checks import read_array
+from robot_core.schema import Number
 from robot_core.types import STANDSTILL, JointTargets, Point2, SensorFrame
-from sim_bridge.ball import Ball
+from sim_bridge.ball import FARTHEST, Ball
 from sim_bridge.plant import Plant, load_plant
 from sim_bridge.robot import GroundTruth
 from sim_bridge.trials.trial import (
@@ -92,10 +95,9 @@ class Simulation(AbstractContextManager["Simulation"]):
             control_period=control_period,
         )  # fmt: skip
         self._plant = plant if isinstance(plant, Plant) else load_plant(plant)
-        try:
-            self._ball = None if ball is None else Ball(*np.array(ball, dtype=float).tolist())
-        except (TypeError, ValueError):
-            raise NaoGaitError("ball", ball, "x, y [m] or None") from None
+        self._ball = None
+        if ball is not None:
+            self._ball = Ball(*read_array(ball, "ball", (2,), FARTHEST, "m").tolist())
         self._closed = False
         self._ticks: Iterator[Tick] | None = None
         self.world = self._make_world()
@@ -148,13 +150,7 @@ class Simulation(AbstractContextManager["Simulation"]):
         ticks = self._begun("step")
         if targets is not None and not isinstance(targets, JointTargets):
             targets = JointTargets(0, targets)  # type: ignore[arg-type]
-        try:
-            self.world.robot.command(targets)  # refuses bad ones before the loop sees them
-        except NaoGaitError:
-            raise
-        except (TypeError, ValueError):
-            allowed = "JointTargets, joint angles (n,) [rad] or None"
-            raise NaoGaitError("targets", targets, allowed) from None
+        self.world.robot.command(targets)  # refuses bad ones before the loop sees them
         self._given.targets = targets
         tick = next(ticks, None)
         if tick is None:
@@ -165,16 +161,16 @@ class Simulation(AbstractContextManager["Simulation"]):
         """Push the torso at its centre of mass for 0.1 s from now on.
 
         Args:
-            impulse: [N s]
+            impulse: [N s], up to 200.
             direction: [rad] in the world, counter-clockwise from x.
 
         Raises:
-            NaoGaitError: A number is not finite, or the simulation is closed or was not reset.
+            NaoGaitError: A number is not allowed, or the simulation is closed or was not reset.
         """
         self._begun("push")
-        for field, value, unit in (("impulse", impulse, "N s"), ("direction", direction, "rad")):
-            if not is_number(value):
-                raise NaoGaitError(field, value, f"a finite number [{unit}]")
+        most = PUSH_ABSURD * PUSH_DURATION
+        impulse = Number(-most, most, "N s").check("impulse", impulse)
+        direction = Number(-100.0, 100.0, "rad").check("direction", direction)
         towards = np.array((np.cos(direction), np.sin(direction), 0.0))
         self.world.robot.push(impulse / PUSH_DURATION * towards, PUSH_DURATION)
 

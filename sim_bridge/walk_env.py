@@ -1,5 +1,6 @@
 """The Gymnasium environment `nao_lipm_gait/Walk-v0`: learn on top of the gait."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
@@ -8,9 +9,12 @@ from gymnasium.spaces import Box
 
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import GaitParameters
-from robot_core.errors import NaoGaitError, is_number
+from robot_core.errors import NaoGaitError
 from robot_core.geometry import relative
+from robot_core.message_checks import read_array
+from robot_core.schema import Number, Optional
 from robot_core.types import STANDSTILL, FloatArray, JointTargets, Pose2, VelocityCommand
+from sim_bridge.individual import NOMINAL
 from sim_bridge.plant import Plant
 from sim_bridge.simulation import Observation, Simulation
 from sim_bridge.trials.trial import CONTROL_PERIOD, loaded_robot
@@ -63,21 +67,14 @@ class WalkEnv(gymnasium.Env[FloatArray, FloatArray]):
         effort: float = 0.0001,
         individuals: int = 40,
     ) -> None:
-        for name, value, largest, unit in (
-            ("residual", residual, np.pi, " rad"), ("effort", effort, 1e6, ""),
-        ):  # fmt: skip
-            if not (is_number(value) and 0.0 <= value <= largest):
-                raise NaoGaitError(name, value, f"a number from 0 to {largest:.3g}{unit}")
-        if not (isinstance(individuals, int) and individuals > 0):
-            raise NaoGaitError("individuals", individuals, "a whole number from 1")
-        if len(velocity) != 3 or not all(is_number(v) and abs(v) <= SPEED_MAX for v in velocity):
-            allowed = f"x, y, yaw [m/s, m/s, rad/s], each from -{SPEED_MAX:g} to {SPEED_MAX:g}"
-            raise NaoGaitError("velocity", velocity, allowed)
-        self._robot = loaded_robot(robot)
-        self._parameters = parameters
-        self._velocity = VelocityCommand(*velocity)
-        self._residual, self._effort = residual, effort
-        self._individuals = individuals
+        self._residual = Number(0.0, 3.14, "rad").check("residual", residual)
+        self._effort = Number(0.0, 1e6).check("effort", effort)
+        self._individuals = int(Number(1, 2**62, whole=True).check("individuals", individuals))
+        speeds = read_array(velocity, "velocity", (3,), SPEED_MAX, "m/s, m/s, rad/s")
+        self._velocity = VelocityCommand(*speeds.tolist())
+        self._robot = loaded_robot(str(robot))
+        self._parameters = Gait(self._robot, parameters).parameters
+        self._base: JointTargets | None = None
         self._simulation = Simulation(robot, engine=engine, plant=plant)
         n = len(self._robot.joint_names)
         self.action_space = Box(-1.0, 1.0, (n,), np.float64)
@@ -87,12 +84,16 @@ class WalkEnv(gymnasium.Env[FloatArray, FloatArray]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[FloatArray, dict[str, Any]]:
         """Begin an episode; the robot stands and its first frame has passed the sensor delay."""
-        super().reset(seed=seed)
-        drawn = int(self.np_random.integers(self._individuals))
-        for name in options or {}:
+        super().reset(seed=Optional(Number(0, whole=True)).check("seed", seed))
+        options = {} if options is None else options
+        if not isinstance(options, Mapping):
+            raise NaoGaitError("options", options, "a mapping of individual")
+        for name in options:
             if name != "individual":
-                raise NaoGaitError(f"options.{name}", (options or {})[name], ("individual",))
-        individual = (options or {}).get("individual", drawn)
+                raise NaoGaitError(f"options.{name}", options[name], ("individual",))
+        drawn = int(self.np_random.integers(self._individuals))
+        whole = Number(NOMINAL, whole=True)
+        individual = int(whole.check("options.individual", options.get("individual", drawn)))
         self._gait = Gait(self._robot, self._parameters)
         seen = self._simulation.reset(individual)
         while seen.frame is None:
@@ -105,13 +106,13 @@ class WalkEnv(gymnasium.Env[FloatArray, FloatArray]):
         self, action: FloatArray
     ) -> tuple[FloatArray, float, bool, bool, dict[str, Any]]:
         """One control period; see the class."""
-        action = np.asarray(action, dtype=float)
-        if action.shape != self.action_space.shape or not (abs(action) <= 1.0).all():
-            allowed = f"{self.action_space.shape[0]} numbers from -1 to 1"  # type: ignore[index]
-            raise NaoGaitError("action", action.tolist(), allowed)
-        position = self._base.position + self._residual * action
+        base = self._base
+        if base is None:
+            raise NaoGaitError("step", "no reset before it", "step after reset")
+        action = read_array(action, "action", (len(base.position),), 1.0)
+        position = base.position + self._residual * action
         position = np.clip(position, self._robot.lower, self._robot.upper)
-        seen = self._simulation.step(self._base._replace(position=position))
+        seen = self._simulation.step(base._replace(position=position))
         reward = self._way(seen) - self._effort * float(np.mean(action**2)) - float(seen.fallen)
         info = {"individual": self._individual}
         return self._answered(seen), reward, seen.fallen, False, info
@@ -122,10 +123,10 @@ class WalkEnv(gymnasium.Env[FloatArray, FloatArray]):
         assert frame is not None
         stands = seen.time < STAND_TIME + 0.5 * CONTROL_PERIOD
         command = STANDSTILL if stands else self._velocity
-        self._base: JointTargets = self._gait.step(frame, command)
+        self._base = base = self._gait.step(frame, command)
         return np.concatenate((
             frame.joint_position, frame.angular_velocity, frame.linear_acceleration,
-            self._base.position, command,
+            base.position, command,
         ))  # fmt: skip
 
     def _way(self, seen: Observation) -> float:

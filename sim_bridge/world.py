@@ -1,19 +1,21 @@
 """Robots and what surrounds them, stepped by control periods."""
 
-import math
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from typing import Self, TypedDict, Unpack
 
 import numpy as np
 
-from robot_core.errors import NaoGaitError, is_number
+from robot_core.errors import NaoGaitError
 from robot_core.field import BallPlace
+from robot_core.message_checks import read_array
 from robot_core.robot import RobotDescription
 from robot_core.robot.camera import CameraView, RgbImage
+from robot_core.schema import Choice, Number
 from robot_core.types import FloatArray, Point2, Pose2
 from sim_bridge.ball import Ball, BallState, ball_position
 from sim_bridge.cameras.camera import CameraSettings
+from sim_bridge.engines.backend import Backend
 from sim_bridge.engines.registry import make_backend
 from sim_bridge.places import check_free, check_places
 from sim_bridge.plant import Plant
@@ -23,6 +25,10 @@ from sim_bridge.state import StartState
 from sim_bridge.surroundings import Surroundings
 from sim_bridge.terrain import prisms
 
+LONGEST_PERIOD = 1.0
+"""[s] of one control period."""
+MAX_PLACE = 50.0
+"""[m, rad] of a place that is asked for."""
 MAX_BALL_SPEED = 20.0
 """[m/s] that a ball can be given."""
 _SECOND = 1_000_000_000
@@ -73,7 +79,7 @@ class World(AbstractContextManager["World"]):
             plant: Kind of the robots and their floor. The first robot's seed draws the terrain.
             robots: At least one; several must have different names.
             engine: `pybullet` or `mujoco`.
-            control_period: [s], a multiple of the plant's physics step.
+            control_period: [s], a multiple of the plant's physics step, at most 1.
             gui: Open the engine's own window.
             visual: With what can be seen, for pictures; always so with `gui` or cameras.
             cameras: Settings of the robots' cameras; None = without cameras.
@@ -85,8 +91,9 @@ class World(AbstractContextManager["World"]):
                 the plant or render images.
         """
         step = round(plant.physics.step * _SECOND)
-        period = round(control_period * _SECOND) if is_number(control_period) else 0
-        if period <= 0 or period % step:
+        longest = Number(plant.physics.step, LONGEST_PERIOD, "s")
+        period = round(longest.check("control_period", control_period) * _SECOND)
+        if period % step:
             allowed = f"a multiple of {plant.physics.step} s"
             raise NaoGaitError("control_period", control_period, allowed)
         if not robots:
@@ -103,7 +110,8 @@ class World(AbstractContextManager["World"]):
             SimulatedRobot(spec, plant, ground, period, cameras) for spec in robots
         )
         check_places(self.robots, self.surroundings)
-        self._engine = make_backend(
+        self._closed = False
+        self._backend = make_backend(
             engine,
             [robot.model for robot in self.robots],
             self.surroundings,
@@ -147,6 +155,12 @@ class World(AbstractContextManager["World"]):
         return cls(plant, robots, scene=scene, **options)
 
     @property
+    def _engine(self) -> Backend:
+        if self._closed:
+            raise NaoGaitError("world", "a closed world", "calls before close")
+        return self._backend
+
+    @property
     def robot(self) -> SimulatedRobot:
         """The robot of a world that has one."""
         (robot,) = self.robots
@@ -183,11 +197,9 @@ class World(AbstractContextManager["World"]):
         if ball is None:
             raise NaoGaitError("ball", (x, y), "put_ball only in a world with a ball")
         ground = self.surroundings.ground
-        if not all(math.isfinite(each) and abs(each) <= MAX_BALL_SPEED for each in velocity):
-            allowed = f"two numbers from -{MAX_BALL_SPEED:g} to {MAX_BALL_SPEED:g} m/s"
-            raise NaoGaitError("ball velocity", velocity, allowed)
+        speed = read_array(velocity, "ball velocity", (2,), MAX_BALL_SPEED, "m/s")
         place = ball_position(x, y, ball.radius, ground)
-        self._engine.put_ball(place, np.array((*velocity, 0.0)))
+        self._engine.put_ball(place, np.array((*speed, 0.0)))
 
     def reset(self) -> None:
         """Put all robots and the ball back to their starts, at rest; delayed frames are lost.
@@ -211,10 +223,11 @@ class World(AbstractContextManager["World"]):
         Raises:
             NaoGaitError: There is no such robot, or another one or the ball is at this place.
         """
-        names = [robot.name for robot in self.robots]
-        if name not in names:
-            raise NaoGaitError("robot", name, ", ".join(names))
-        index = names.index(name)
+        names = tuple(robot.name for robot in self.robots)
+        index = names.index(Choice(names).check("robot", name))
+        if pose is not None:
+            x, y, heading = read_array(pose, "pose", (3,), MAX_PLACE, "m, rad").tolist()
+            pose = x, y, heading
         robot = self.robots[index]
         spec, ball = self.surroundings.ball, self.ball
         here = None if spec is None or ball is None else (ball.position, spec.radius)
@@ -284,7 +297,8 @@ class World(AbstractContextManager["World"]):
 
     def close(self) -> None:
         """Free the engine; may be called more than once."""
-        self._engine.close()
+        self._closed = True
+        self._backend.close()
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -39,6 +39,7 @@ from nao_lipm_gait.walk_engines import WALKS
 from nao_lipm_gait.walks.base import Expectation
 from nao_lipm_gait.walks.pendulum import natural_frequency
 from nao_lipm_gait.whole_body.body_model import BodyModel, SolePose
+from robot_core.errors import NaoGaitError
 from robot_core.geometry import ORIGIN, as_point, compose, relative
 from robot_core.motion.keyframes import Posture
 from robot_core.types import (
@@ -410,7 +411,7 @@ class StateEstimator:
     def torso_place(self) -> TorsoPlace:
         """Torso and soles by the measured joint angles, for the head."""
         if self._soles is None:
-            raise RuntimeError("no frame has been seen yet")
+            raise NaoGaitError("torso_pose", "no frame so far", "torso_pose after a step")
         left, right = self._soles
         return TorsoPlace(
             self.orientation.up_in_torso, left, right, self.odometry.base_footprint_in_odom

@@ -93,7 +93,7 @@ class MotionScheduler:
         """
         lies = posture is None or posture in LYING
         name = asked.name if isinstance(asked, Motion) else asked
-        if asked == GET_UP:
+        if isinstance(asked, str) and asked == GET_UP:
             if not lies:
                 raise NaoGaitError("motion", name, f"get-ups from lying; the robot is {posture}")
             self.get_up_wanted = True

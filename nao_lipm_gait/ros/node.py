@@ -21,6 +21,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from nao_lipm_gait.calibration_file import calibration_of
+from nao_lipm_gait.frame_check import PERIOD
 from nao_lipm_gait.parameters import BY_NAME, PARAMETERS, GaitParameters
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.ros.messages import (
@@ -77,7 +78,7 @@ PRESET = node_parameter(
     "preset", "default", "gait parameters: a shipped name (default: the robot's own) or a YAML file"
 )
 CONTROL_PERIOD = node_parameter(
-    "control_period", 0.01, "time between two joint states", "s", 0.002, 0.05
+    "control_period", 0.01, "time between two joint states", "s", PERIOD.minimum, PERIOD.maximum
 )
 STAMPED = node_parameter("enable_stamped_cmd_vel", False, "cmd_vel is a TwistStamped, not a Twist")
 TIMEOUT = node_parameter(

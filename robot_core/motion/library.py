@@ -21,7 +21,9 @@ class MotionLibrary:
             self.add(motion)
 
     def add(self, motion: Motion) -> None:
-        """Add a motion; NaoGaitError if its name is taken."""
+        """Add a motion; NaoGaitError if its name is taken, or if it is none."""
+        if not isinstance(motion, Motion):
+            raise NaoGaitError("motion", motion, "a Motion")
         if motion.name in self._motions:
             raise NaoGaitError("motion", motion.name, "each name once")
         self._motions[motion.name] = motion
@@ -33,7 +35,7 @@ class MotionLibrary:
 
     def find(self, name: str) -> Motion:
         """The motion of a name; NaoGaitError lists the known names."""
-        motion = self._motions.get(name)
+        motion = self._motions.get(name) if isinstance(name, str) else None
         if motion is None:
             raise NaoGaitError("motion", name, sorted(self._motions) or "none for this robot")
         return motion

@@ -7,6 +7,7 @@ from importlib.util import find_spec
 
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
+from robot_core.schema import Choice
 from sim_bridge.engines.backend import Backend, RobotModel
 from sim_bridge.surroundings import PLAIN_FLOOR, Surroundings
 
@@ -55,8 +56,7 @@ def make_backend(
         NaoGaitError: The engine is unknown or not installed, cannot honour an option of the plant
             or the surroundings, or cannot open a window.
     """
-    if engine not in ENGINES:
-        raise NaoGaitError("engine", engine, ", ".join(ENGINES))
+    engine = Choice(ENGINES).check("engine", engine)
     check_installed(engine)
     if gui and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         # Without a display the engines end the process.

@@ -3,7 +3,6 @@
 The node owns `/clock`; `stepping` calls `advance`, no timer does.
 """
 
-import math
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
@@ -44,9 +43,6 @@ CONTROL_PERIOD = 0.01
 """[s] between two readings; a NAO's own."""
 CLOCK = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 """A clock that lockstep holds is repeated, and must not fill the queue of a node that is late."""
-
-MAX_PLACE = 50.0
-"""[m] Largest coordinate at which a robot is put, as in a scene."""
 
 
 class BridgeNode(Node):
@@ -280,9 +276,6 @@ class BridgeNode(Node):
         if frame not in ("", "world"):
             raise NaoGaitError("put_robot header.frame_id", frame, "world, or empty")
         pose = planar_of(message.pose.position, message.pose.orientation)
-        if not all(math.isfinite(each) and abs(each) <= MAX_PLACE for each in pose):
-            allowed = f"numbers from -{MAX_PLACE:g} to {MAX_PLACE:g}"
-            raise NaoGaitError("put_robot pose", pose, allowed)
         self._world.reset_robot(interface.robot.name, pose)
         interface.restart(self._world.time)
 

@@ -206,7 +206,7 @@ def test_one_robot_is_reset_and_the_other_goes_on(make: MakeWorld) -> None:
         assert yaw == pytest.approx(-math.pi / 2.0, abs=0.05)
         run(world, 60)
         assert tilt(world.robots[0]) < 0.1
-        with pytest.raises(NaoGaitError, match="robot: got 'c'; allowed: a, b"):
+        with pytest.raises(NaoGaitError, match="robot: got 'c'; allowed: one of a, b"):
             world.reset_robot("c")
 
 

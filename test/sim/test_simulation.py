@@ -20,6 +20,7 @@ from nao_lipm_gait import (
     Simulation,
     Velocity,
 )
+from robot_core.head_goals import Angles, Frame, LookAt
 from sim_bridge.trials.tasks import find_task
 from sim_bridge.trials.trial import TimedCommands, TrialSpec, make_gait, make_world, run
 
@@ -161,6 +162,10 @@ REFUSED: dict[str, Callable[[], object]] = {
     "swing_lift: got 3; allowed: a number from 0 to 0.06 m": lambda: Gait(ROBOT, swing_lift=3),
     "preset: got 'fast'; allowed: a shipped name": lambda: Gait(ROBOT, "fast"),
     "control_period: got 0": lambda: Gait(ROBOT, control_period=0),
+    "control_period: got 100; allowed: a number from 0.002 to 0.05 s":
+        lambda: Gait(ROBOT, control_period=100),
+    "control_period: got 1000000000.0; allowed: a number from 0.002 to 1 s":
+        lambda: Simulation(control_period=1e9),
     "robot: got 'hans'": lambda: Simulation("hans"),
     "engine: got 'bullet'": lambda: Simulation(engine="bullet"),
     "plant: got 'moon'": lambda: Simulation(plant="moon"),
@@ -171,7 +176,7 @@ REFUSED: dict[str, Callable[[], object]] = {
     "control_period: got 'x'": lambda: Simulation(control_period="x"),  # type: ignore[arg-type]
     "control_period: got nan": lambda: Simulation(control_period=math.nan),
     "ball: got 1": lambda: Simulation(ball=1),  # type: ignore[arg-type]
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("text", REFUSED)
@@ -246,10 +251,109 @@ def test_bad_targets_are_refused_and_the_simulation_goes_on(
     assert sim.step(None).time == pytest.approx(0.01)
 
 
-def test_a_push_must_be_a_number(sim: Simulation) -> None:
+@pytest.mark.parametrize("impulse", [math.nan, 1e6, "hard", None])
+def test_a_push_must_be_one_that_a_robot_can_get(sim: Simulation, impulse: float) -> None:
     sim.reset()
-    with pytest.raises(NaoGaitError, match="impulse: got nan"):
-        sim.push(math.nan)
+    with pytest.raises(NaoGaitError, match=r"impulse: .* allowed: a number from -200 to 200 N s"):
+        sim.push(impulse)
+
+
+WRONG = (
+    math.nan, math.inf, 10**400, "x", b"x", ["x"], {"x": 1}, 1j, int, object(),
+    np.zeros((2, 2)), np.array(["x"]), [[1.0], [1.0, 2.0]],
+)  # fmt: skip
+"""What no argument can be."""
+
+
+def calls_of(gait: Gait, frame: SensorFrame, sim: Simulation) -> dict[str, Callable]:
+    """Everything public that takes an argument, by what it is."""
+    robot, stand, give = sim.world.robot, Velocity(), JointTargets(0, gait.robot.stand_pose)
+    point = LookAt((1.0, 0.0, 0.0), Frame.TORSO)
+    return {
+        "gait": lambda v: Gait(v),
+        **{name: lambda v, name=name: Gait(gait.robot, **{name: v})
+           for name in ("parameters", "control_period", "motions", "calibration", "swing_lift")},
+        "observer": lambda v: Gait(gait.robot, make_observer=lambda _: v),
+        "frame": lambda v: gait.step(v, stand),
+        "command": lambda v: gait.step(frame, v),
+        **{name: lambda v, name=name: gait.step(frame._replace(**{name: v}), stand)
+           for name in SensorFrame._fields},
+        **{name: lambda v, name=name: gait.step(frame, stand._replace(**{name: v}))
+           for name in Velocity._fields},
+        "corrected": gait.corrected,
+        "continue_at": gait.continue_at,
+        "moved": lambda v: gait.restart(moved=v),
+        "new parameters": gait.set_parameters,
+        "motion": gait.request_motion,
+        "lift": gait.request_lift,
+        "look": gait.request_look,
+        "pan": lambda v: gait.request_look(Angles(v, 0.0)),
+        "point": lambda v: gait.request_look(replace(point, point=v)),
+        "of the point": lambda v: gait.request_look(replace(point, point=(1.0, v, 0.0))),
+        "frame of the point": lambda v: gait.request_look(replace(point, frame=v)),
+        "ball to kick": lambda v: gait.request_kick(v, 0.0),
+        "kick towards": lambda v: gait.request_kick((0.1, 0.0), v),
+        "radius": lambda v: gait.request_kick((0.1, 0.0), 0.0, v),
+        **{f"simulation {name}": lambda v, name=name: Simulation(**{name: v})
+           for name in ("robot", "engine", "plant", "seed", "control_period", "ball")},
+        "reset": sim.reset,
+        "step": sim.step,
+        **{name: lambda v, name=name: sim.step(give._replace(**{name: v}))
+           for name in JointTargets._fields},
+        "push": sim.push,
+        "push towards": lambda v: sim.push(1.0, v),
+        "force": lambda v: robot.push(v, 0.1),
+        "duration": lambda v: robot.push(np.zeros(3), v),
+        "weak joint": lambda v: robot.weaken(v, 0.5),
+        "torque share": lambda v: robot.weaken("LKneePitch", v),
+        "friction": robot.set_friction,
+        "ball at": lambda v: sim.world.put_ball(v, 0.0),
+        "ball velocity": lambda v: sim.world.put_ball(1.0, 0.0, v),
+        "robot": sim.world.reset_robot,
+        "pose": lambda v: sim.world.reset_robot("", v),
+    }  # fmt: skip
+
+
+def refused(call: Callable, value: object) -> bool:
+    try:
+        call(value)
+    except NaoGaitError as error:
+        return "\n" not in str(error)
+    return False
+
+
+def test_every_argument_of_every_call_is_checked(gait: Gait, frame: SensorFrame) -> None:
+    with Simulation(ROBOT, engine="pybullet", ball=(1.0, 0.0)) as sim:
+        sim.reset()
+        gait.step(frame, Velocity())
+        for name, call in calls_of(gait, frame, sim).items():
+            for wrong in WRONG:
+                assert refused(call, wrong), f"{name}: {type(wrong)}"
+        assert sim.step(None).time == pytest.approx(0.01)
+        assert gait.step(frame._replace(stamp=10_000_000), Velocity()).stamp == 10_000_000
+
+
+def test_numbers_of_numpy_are_numbers(frame: SensorFrame, mujoco_only: None) -> None:
+    gaits = Gait(ROBOT), Gait(ROBOT, control_period=np.float32(0.01), swing_lift=np.float32(0.03))
+    commands = Velocity(0.5), Velocity(np.float32(0.5), np.int64(0))
+    for tick in range(5):
+        now = frame._replace(stamp=tick * 10_000_000)
+        one, other = (
+            gait.step(now, command) for gait, command in zip(gaits, commands, strict=True)
+        )
+        assert one.position == pytest.approx(other.position, abs=1e-6)
+    with Simulation(ROBOT, seed=np.int64(3)) as sim, Simulation(ROBOT, seed=3) as same:
+        assert np.array_equal(sim.reset().truth.com, same.reset(np.int32(3)).truth.com)
+
+
+def test_calls_after_close_and_before_a_frame_are_refused() -> None:
+    with pytest.raises(NaoGaitError, match="torso_pose: got 'no frame so far'"):
+        _ = Gait(ROBOT).torso_pose
+    with Simulation(ROBOT, engine="pybullet", ball=(1.0, 0.0)) as sim:
+        world = sim.world
+    for act in (world.step, world.reset, lambda: world.put_ball(1.0, 0.0), lambda: world.ball):
+        with pytest.raises(NaoGaitError, match="world: got 'a closed world'"):
+            act()
 
 
 def test_a_push_waits_for_the_reset() -> None:

@@ -103,11 +103,25 @@ def test_limp_legs_by_large_residuals_terminate_with_a_penalty() -> None:
     ("arguments", "field"),
     [({"residual": -0.1}, "residual"), ({"velocity": (0.1,)}, "velocity"),
      ({"velocity": (0.0, 0.0, 30.0)}, "velocity"), ({"residual": 5.0}, "residual.*3.14 rad"),
-     ({"individuals": 0}, "individuals"), ({"robot": "hans"}, "robot: got")],
+     ({"velocity": None}, "velocity"), ({"effort": "x"}, "effort"), ({"parameters": 3}, "preset"),
+     ({"individuals": 0}, "individuals"), ({"individuals": 10**30}, "individuals"),
+     ({"robot": "hans"}, "robot: got")],
 )  # fmt: skip
 def test_wrong_arguments_are_refused(arguments: dict, field: str) -> None:
     with pytest.raises(NaoGaitError, match=field):
         gymnasium.make(WALK, **arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [({"seed": "x"}, "seed: got 'x'"), ({"seed": -1}, "seed: got -1"), ({"options": 3}, "options"),
+     ({"options": {"individual": 0.5}}, "options.individual: got 0.5"),
+     ({"options": {"individual": None}}, "options.individual: got None")],
+)  # fmt: skip
+def test_a_wrong_reset_is_refused(arguments: dict, field: str) -> None:
+    env = gymnasium.make(WALK).unwrapped
+    with pytest.raises(NaoGaitError, match=field):
+        env.reset(**arguments)
 
 
 def test_an_unknown_option_of_reset_is_refused() -> None:
@@ -116,11 +130,14 @@ def test_an_unknown_option_of_reset_is_refused() -> None:
         env.reset(seed=1, options={"individul": 7})
 
 
-def test_an_action_out_of_bounds_is_refused() -> None:
-    env = gymnasium.make(WALK)
+@pytest.mark.parametrize("action", [np.full(JOINTS, np.nan), np.full(JOINTS, 1.1), [0.0], "x"])
+def test_an_action_out_of_bounds_is_refused(action: np.ndarray) -> None:
+    env = gymnasium.make(WALK).unwrapped
+    with pytest.raises(NaoGaitError, match="step: got 'no reset before it'"):
+        env.step(action)
     env.reset(seed=0)
     with pytest.raises(NaoGaitError, match="action"):
-        env.step(np.full(JOINTS, np.nan))
+        env.step(action)
 
 
 @pytest.mark.parametrize(

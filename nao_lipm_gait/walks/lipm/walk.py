@@ -36,6 +36,7 @@ from nao_lipm_gait.walks.steps import (
     home_sole,
 )
 from nao_lipm_gait.walks.swing_foot import SwingFoot
+from robot_core.errors import NaoGaitError
 from robot_core.geometry import compose, relative
 from robot_core.types import LEFT, RIGHT, Pose2, VelocityCommand
 
@@ -83,7 +84,11 @@ class LipmWalk:
         if settings != self._observer_settings:
             # Other changes keep what has been learned about the robot.
             self._observer_settings = settings
-            self._observer = self._make_observer(p)
+            observer = self._make_observer(p)
+            if not (hasattr(observer, "predict") and hasattr(observer, "correct")):
+                allowed = "a function that returns an object with predict and correct"
+                raise NaoGaitError("make_observer", observer, allowed)
+            self._observer = observer
             self._offset = MeasurementOffset(p.offset_time)
             self._push_detector = PushDetector(p.push_velocity)
 
