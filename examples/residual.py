@@ -31,6 +31,8 @@ def main(args: Sequence[str] | None = None) -> tuple[float, float]:
     parser.add_argument("--iterations", type=int, default=20)
     parser.add_argument("--quick", action="store_true", help="2 iterations of 3 s")
     options = parser.parse_args(args)
+    if options.iterations < 1:
+        raise NaoGaitError("iterations", options.iterations, "at least 1")
     iterations, steps = (2, 300) if options.quick else (options.iterations, 1000)
     env = gymnasium.make(nao_lipm_gait.gym.WALK, velocity=(0.3, 0.0, 0.0), residual=0.03)
     random = np.random.default_rng(0)

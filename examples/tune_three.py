@@ -30,6 +30,8 @@ def main(args: Sequence[str] | None = None) -> optuna.Study:
     parser.add_argument("--quick", action="store_true", help="3 trials of one robot, 4 s each")
     options = parser.parse_args(args)
     trials, robots, seconds = options.trials, options.robots, 10
+    if min(trials, robots) < 1:
+        raise NaoGaitError("trials, robots", (trials, robots), "at least 1 of each")
     if options.quick:
         trials, robots, seconds = 3, 1, 4
 

@@ -200,6 +200,8 @@ def command(
 ) -> None:  # fmt: skip
     """Measure, or mark what is stale; with the fields of `ResultsOptions`."""
     options = ResultsOptions(docs or ROOT / "docs", tuple(only), **more)
+    if not options.docs.is_dir():
+        raise NaoGaitError("docs", str(options.docs), "a folder")
     (mark_old if mark_stale else measure)(options, say)
 
 

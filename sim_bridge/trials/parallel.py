@@ -4,20 +4,21 @@ import os
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from robot_core.errors import NaoGaitError
+from robot_core.schema import Number
 from sim_bridge.trials.result_cache import ResultCache
+
+MOST = 1024
+"""Processes that can be asked for."""
 
 
 def workers(asked: int | None = None) -> int:
     """Number of worker processes: the requested one, or all cores that this process may use.
 
     Raises:
-        NaoGaitError: Fewer than one is asked for.
+        NaoGaitError: Fewer than one is asked for, or more than `MOST`.
     """
     if asked is not None:
-        if asked < 1:
-            raise NaoGaitError("jobs", asked, "a number of processes, at least 1")
-        return asked
+        return int(Number(1, MOST, "processes", whole=True).check("jobs", asked))
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

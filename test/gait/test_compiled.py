@@ -43,6 +43,23 @@ print("compiled" if is_compiled() else "as Python", file=sys.stderr)
 """
 
 
+REFUSALS = """
+from nao_lipm_gait import Gait, NaoGaitError
+gait = Gait("nao_h21_v33")
+calls = (
+    lambda v: gait.step(v, v), gait.corrected, gait.continue_at, gait.request_lift,
+    lambda v: gait.request_kick(v, 0.0), lambda v: gait.request_kick((0.1, 0.0), v),
+    lambda v: gait.restart(moved=v), lambda v: Gait(gait.robot, control_period=v),
+)
+for call in calls:
+    for wrong in (None, "x", [], 10**400):
+        try:
+            call(wrong)
+        except NaoGaitError as error:
+            print(error)
+"""
+
+
 class Output(NamedTuple):
     kind: str
     walks: list[str]
@@ -79,6 +96,14 @@ def test_the_compiled_gait_walks_the_same_to_the_bit(folder: Path) -> None:
     assert (source.kind, machine_code.kind) == ("as Python", "compiled")
     assert len(source.walks) == 7
     assert source.walks == machine_code.walks
+
+
+@pytest.mark.slow
+@pytest.mark.xdist_group("compiled")
+def test_the_compiled_gait_refuses_in_the_same_words(folder: Path) -> None:
+    source, machine_code = (run("-c", REFUSALS, folders=each) for each in ((), (folder,)))
+    assert len(source.stdout.splitlines()) == 32
+    assert source.stdout == machine_code.stdout
 
 
 @pytest.mark.slow

@@ -121,7 +121,7 @@ def test_robots_of_a_world_have_different_names(
 
 
 def test_an_unknown_engine_is_refused(robot: RobotDescription, reference: Plant) -> None:
-    with pytest.raises(NaoGaitError, match="engine: got .mojoco.; did you mean mujoco"):
+    with pytest.raises(NaoGaitError, match=r"engine: got .mojoco.; did you mean mujoco"):
         World.single(robot, reference, engine="mojoco")
 
 
