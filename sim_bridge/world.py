@@ -90,6 +90,10 @@ class World(AbstractContextManager["World"]):
             NaoGaitError: An argument is not allowed, robots overlap, or the engine cannot honour
                 the plant or render images.
         """
+        if not isinstance(plant, Plant):
+            raise NaoGaitError("plant", plant, "a Plant")
+        if not (isinstance(robots, Sequence) and all(isinstance(r, RobotSpec) for r in robots)):
+            raise NaoGaitError("robots", robots, "a list of RobotSpec")
         step = round(plant.physics.step * _SECOND)
         longest = Number(plant.physics.step, LONGEST_PERIOD, "s")
         period = round(longest.check("control_period", control_period) * _SECOND)

@@ -27,14 +27,17 @@ from robot_core.ros.parameters import (
     warn_of_unknown_overrides,
 )
 from robot_core.ros.topics import Inputs, watch_senders
+from robot_core.schema import Field, Text
 
 RAW = "image_raw"
 SCENE = node_parameter("scene", "pitch", "field, goals and ball: a shipped scene or a YAML file")
 COLORS = node_parameter("colors", "pitch", "colour classes: a shipped table or a YAML file")
 CAMERAS = node_parameter("cameras", "", "names of the cameras, with commas; empty = all")
-IMAGES = node_parameter(
-    "images", RAW, "topic of the images below each camera: of rectified ones image_rect"
-)
+IMAGES = Field(
+    "images", RAW,
+    Text(pattern=r"[A-Za-z]\w*(/[A-Za-z]\w*)*", description="a topic without / before it"),
+    "topic of the images below each camera: of rectified ones image_rect",
+)  # fmt: skip
 NODE_PARAMETERS = (URDF, ROBOT, SCENE, COLORS, CAMERAS, IMAGES, FRAME_PREFIX)
 
 

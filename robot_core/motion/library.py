@@ -50,12 +50,11 @@ class MotionLibrary:
 
 
 def load_library(folder: Path, robot: RobotDescription) -> MotionLibrary:
-    """Load every *.yaml of a folder; the first bad file raises NaoGaitError."""
-    if not os.path.isdir(folder):
-        raise NaoGaitError("motions", str(folder), "a folder of motion files")
-    return MotionLibrary(
-        motion for path in sorted(folder.glob("*.yaml")) for motion in load_motions(path, robot)
-    )
+    """Load every *.yaml of a folder; none, or the first bad file, raises NaoGaitError."""
+    paths = sorted(folder.glob("*.yaml")) if os.path.isdir(folder) else []
+    if not paths:
+        raise NaoGaitError("motions", str(folder), "a folder of motion files, *.yaml")
+    return MotionLibrary(motion for path in paths for motion in load_motions(path, robot))
 
 
 @lru_cache(maxsize=8)

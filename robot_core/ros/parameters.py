@@ -63,9 +63,11 @@ def node_parameter(
 
 URDF = node_parameter("urdf", "nao_h21_v33", "robot: a shipped name, or a URDF, MJCF or robot file")
 ROBOT = node_parameter("robot", "", "the same as urdf; empty = that")
-FRAME_PREFIX = node_parameter(
-    "frame_prefix", "", "before the names of all frames, as of robot_state_publisher: robot1/"
-)
+FRAME_PREFIX = Field(
+    "frame_prefix", "",
+    Text(empty=True, pattern=r"([^\s/]\S*)?", description="a name that does not begin with /"),
+    "before the names of all frames, as of robot_state_publisher: robot1/",
+)  # fmt: skip
 
 
 def declare(

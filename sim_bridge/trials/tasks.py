@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robot_core.errors import NaoGaitError
+from robot_core.schema import Choice, Number, Optional
 from robot_core.types import STANDSTILL, VelocityCommand
 
 STAND_TIME = 3.0
@@ -120,11 +121,17 @@ def walk(
     """A task: stand, ramp up to x, y, yaw [m/s, m/s, rad/s], settle, walk at it for a window [s].
 
     The speed along `axis` is the result.
+
+    Raises:
+        NaoGaitError: A number is not finite, or there is no such axis.
     """
     up = STAND_TIME + RAMP_TIME
     start = up + SETTLE_TIME
-    knots = ((STAND_TIME, STANDSTILL), (up, VelocityCommand(x, y, yaw)))
-    return Task(name, knots, start, start + window, axis)
+    named = {"x": x, "y": y, "yaw": yaw}
+    command = VelocityCommand(*(Number().check(each, value) for each, value in named.items()))
+    axis = Optional(Choice(tuple(AXES))).check("axis", axis)
+    window = Number(1e-3, 1e6, "s").check("window", window)
+    return Task(name, ((STAND_TIME, STANDSTILL), (up, command)), start, start + window, axis)
 
 
 SPOT_TURN = 1e-3
@@ -154,7 +161,7 @@ def find_task(text: str) -> Task:
     Raises:
         NaoGaitError: There is no such task, or its speed is not above 0.
     """
-    name, equals, number = text.partition("=")
+    name, equals, number = str(text).partition("=")
     task = TASKS.get(name)
     if task is None:
         raise NaoGaitError("task", text, f"one of {', '.join(TASKS)}, or name=speed", TASKS)

@@ -16,6 +16,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 from robot_core.ros.topics import LATCHED
 from ros_probe import Driver, Probe, bits, stamp
@@ -223,6 +224,8 @@ def test_signal_ends_both_with_status_0(probe: Probe, number: int):
         ("gait", ["-p", "feedback:=3"], "gait: feedback: got 3; allowed: true or false"),
         ("gait", ["-p", "urdf:=/no.urdf"], "gait: parameter urdf: .*'/no.urdf'; allowed: "),
         ("gait", ["--params-file", "/no.yaml"], "gait: .*/no.yaml"),
+        ("gait", ["-p", "frame_prefix:=/nao"], "gait: frame_prefix: .*; allowed: .* begin with /"),
+        ("gait", ["-p", "motions:=/proc/self/task"], "gait: .*motions: .*; allowed: .*yaml"),
         ("sim_bridge", ["-p", "plant:=nope"], "parameter plant: .*'nope'; allowed: .*reference"),
         ("sim_bridge", ["-p", "sensor_delay:=-1.0"], "sensor_delay: got -1.0; allowed: .* 0 to 1"),
         ("sim_bridge", ["-p", "robot_seed:=two"], "robot_seed: got 'two'; allowed: a whole number"),
@@ -236,6 +239,16 @@ def test_bad_start_is_one_clear_line_and_status_2(
     assert process.wait() == 2
     assert process.says(message), process.log
     assert len(process.log.strip().splitlines()) == 1, process.log
+
+
+def test_names_of_frames_and_image_topics_are_checked() -> None:
+    from nao_soccer.ros.vision_node import IMAGES
+    from robot_core.ros.parameters import FRAME_PREFIX
+
+    assert [IMAGES.check("left/image_rect"), FRAME_PREFIX.check("nao1/"), FRAME_PREFIX.check("")]
+    for field, wrong in ((IMAGES, "/image"), (IMAGES, "a//b"), (IMAGES, ""), (FRAME_PREFIX, "/n")):
+        with pytest.raises(NaoGaitError, match=rf"{field.name}: .*allowed: a (topic|name)"):
+            field.check(wrong)
 
 
 def test_urdf_without_a_joint_is_named(probe: Probe, tmp_path: Path):

@@ -22,7 +22,9 @@ from nao_lipm_gait import (
 )
 from robot_core.head_goals import Angles, Frame, LookAt
 from sim_bridge.trials.tasks import find_task
+from sim_bridge.trials.tasks import walk as walk_task
 from sim_bridge.trials.trial import TimedCommands, TrialSpec, make_gait, make_world, run
+from sim_bridge.world import World
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
@@ -175,6 +177,7 @@ REFUSED: dict[str, Callable[[], object]] = {
     "make_observer: got 3": lambda: Gait(ROBOT, make_observer=3),  # type: ignore[arg-type]
     "control_period: got 'x'": lambda: Simulation(control_period="x"),  # type: ignore[arg-type]
     "control_period: got nan": lambda: Simulation(control_period=math.nan),
+    "axis: got 'z'; allowed: one of x, y, yaw": lambda: walk_task("side", y=0.2, axis="z"),
     "ball: got 1": lambda: Simulation(ball=1),  # type: ignore[arg-type]
 }  # fmt: skip
 
@@ -309,6 +312,11 @@ def calls_of(gait: Gait, frame: SensorFrame, sim: Simulation) -> dict[str, Calla
         "friction": robot.set_friction,
         "ball at": lambda v: sim.world.put_ball(v, 0.0),
         "ball velocity": lambda v: sim.world.put_ball(1.0, 0.0, v),
+        "plant of a world": lambda v: World(v, [robot.spec]),
+        "robots of a world": lambda v: World(robot.plant, v),
+        **{f"task {name}": lambda v, name=name: walk_task("side", **{name: v})
+           for name in ("x", "y", "yaw", "window")},
+        "task": find_task,
         "robot": sim.world.reset_robot,
         "pose": lambda v: sim.world.reset_robot("", v),
     }  # fmt: skip
