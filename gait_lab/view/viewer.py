@@ -290,16 +290,6 @@ class Viewer:
         """The pages that are connected and do not hang."""
         return self._pages.alive()
 
-    @property
-    def link(self) -> RobotLink:
-        """Connection to the chosen robot."""
-        return self.chosen.link
-
-    @property
-    def scene(self) -> RobotScene | None:
-        """What is drawn of the chosen robot; None until joint states arrive."""
-        return self.chosen.scene
-
     def step(self) -> None:
         """Draw the scene, update the text, and send commands, each at its period."""
         now = time.monotonic()

@@ -68,16 +68,17 @@ def test_the_scene_follows_a_robot_that_is_driven_and_pushed(probe: Probe, serve
         # The view's own loop, between the callbacks.
         probe.wait(lambda: (viewer.step(), predicate())[1], what)
 
-    shown(lambda: viewer.scene is not None and viewer.link.state.support == "stand double",
+    robot = viewer.chosen
+    shown(lambda: robot.scene is not None and robot.link.state.support == "stand double",
           "the robot, standing")  # fmt: skip
-    scene = viewer.scene
+    scene = robot.scene
     assert scene is not None
-    assert viewer.link.state.urdf is not None
+    assert robot.link.state.urdf is not None
     shown(lambda: len(scene.frames) > 10 and scene.frames[0].position[2] != 0.0, "links placed")
     viewer.panel.x.value = 20.0
     shown(lambda: any(c.linear.x == 0.2 for c in commands), "the slider's command")
     shown(lambda: scene.base[0] > 0.3, "the robot walking forward in the scene")
-    shown(lambda: viewer.link.state.support.startswith("walk "), "a walk")
+    shown(lambda: robot.link.state.support.startswith("walk "), "a walk")
     shown(lambda: len(scene.prints) >= 3, "footprints")
     assert scene.com.visible
     assert scene.origin.visible
@@ -99,10 +100,10 @@ def test_the_scene_follows_a_robot_that_is_driven_and_pushed(probe: Probe, serve
     assert np.hypot(force.x, force.y) == pytest.approx(5.0), "0.5 N s in 0.1 s"
     assert force.y > 0.9 * 5.0, "to the left of a robot that looks along x"
     viewer.panel.command_standstill()
-    shown(lambda: viewer.link.state.support == "stand double", "the stop")
+    shown(lambda: robot.link.state.support == "stand double", "the stop")
     count = len(commands)
     probe.wait(lambda: True, "nothing")
-    shown(lambda: viewer.link.standstills >= 10, "cmd_vel left to others")
+    shown(lambda: robot.link.standstills >= 10, "cmd_vel left to others")
     assert len(commands) <= count + 11
 
 
@@ -142,7 +143,7 @@ def test_all_robots_of_a_scene_are_shown_and_the_chosen_one_is_driven(
     point.point.x = 1.0
     put.publish(point)
     shown(lambda: abs(viewer.pitch.ball.position[0] - 1.0) < 0.01, "the ball")
-    assert viewer.link is viewer.robots[0].link
+    assert viewer.chosen.link is viewer.robots[0].link
     viewer.panel.robot.value = "blue2"
     viewer.panel.x.value = 10.0
     shown(lambda: any(c.linear.x == 0.1 for c in commands["blue2"]), "a command for blue2")
