@@ -1,9 +1,11 @@
 """The `main` of an executable that is one node. Nothing heavy is imported here."""
 
+import gc
 import os
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 
 
@@ -27,13 +29,28 @@ def executable(
         stop = StopRequest()
         stop.install()
         try:
-            builds = [_loaded(node) for node in nodes]
+            with no_collections():
+                builds = [_loaded(node) for node in nodes]
             return run(name, description, builds, _loaded(loop), args, stop)
         except ImportError as error:
             print(f"{name}: {import_advice(error)}", file=sys.stderr)
             return 2
 
     return main
+
+
+@contextmanager
+def no_collections() -> Iterator[None]:
+    """Start without Python's automatic collector: what a start makes stays, and is searched once.
+
+    The node may switch the collector itself on or off meanwhile.
+    """
+    before = gc.get_threshold()
+    gc.set_threshold(0)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
 
 
 def import_advice(error: ImportError) -> str:

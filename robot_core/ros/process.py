@@ -19,6 +19,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, NoReturn
 
 from robot_core.errors import NaoGaitError, one_line
+from robot_core.ros.executable import no_collections
 
 if TYPE_CHECKING:
     from rclpy.context import Context
@@ -253,14 +254,15 @@ def run(
     executor = SingleThreadedExecutor() if len(builds) == 1 else events_executor()
     try:
         try:
-            for build in builds:
-                nodes.append(build())
-                executor.add_node(nodes[-1])
+            with no_collections():
+                for build in builds:
+                    nodes.append(build())
+                    executor.add_node(nodes[-1])
+                # Exempt what start-up made from later collections.
+                gc.collect()
+                gc.freeze()
         except argument_errors as error:
             return _refuse(name, error)
-        # Exempt what start-up made from later collections.
-        gc.collect()
-        gc.freeze()
         loop(nodes[0], executor, stop)
         return 0
     except Exception as error:

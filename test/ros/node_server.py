@@ -17,6 +17,7 @@ PRELOADED = (
     "nao_lipm_gait.ros.node",
     "sim_bridge.ros.node",
     "sim_bridge.ros.stepping",
+    "nao_soccer.ros.player_node",
     "sim_bridge.engines.pybullet.backend",
     *(("sim_bridge.engines.mujoco.backend",) if find_spec("mujoco") else ()),
 )

@@ -134,7 +134,6 @@ def test_it_does_not_step_before_it_is_stiff(probe: Probe, tmp_path: Path) -> No
         if message.data and not steps_before:
             steps_before.append(sum(each.data.startswith("walk") for each in support))
 
-    # What waits is served topic by topic in this order: `note` comes first.
     probe.subscribe(Bool, "motors_ready", LATCHED, callback=note)
     probe.subscribe(String, "gait/support", callback=support.append)
     robot.start().walk()

@@ -65,10 +65,10 @@ def test_a_killed_recording_has_all_up_to_its_last_second(
     seen = 0
 
     def behind() -> float:
-        """[s] of simulated time that are not on the disk yet; infinite before 0.1 s have passed."""
+        """[s] of simulated time that are not on the disk yet; infinite before 0.3 s have passed."""
         nonlocal seen
         now = nanoseconds(clock[-1].clock)
-        if now - seen < SECOND // 10:
+        if now - seen < 3 * SECOND // 10:
             return math.inf
         seen = now
         kept = on_disk(tmp_path / "bag").values()

@@ -242,7 +242,7 @@ def driven(probe: Probe, server: Any, monkeypatch: pytest.MonkeyPatch) -> Iterat
 
     devtools = free_port()
     arguments = (f"--remote-debugging-port={devtools}",)
-    with open_tab(f"http://{HOST}:{server.get_port()}", 800, 600, arguments) as tab:
+    with open_tab(f"http://{HOST}:{server.get_port()}", 400, 300, arguments) as tab:
         tab.devtools = devtools
         # The command of a page that answers late is forgotten.
         until(
