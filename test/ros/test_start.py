@@ -1,4 +1,4 @@
-"""A node that is still starting ends quietly on Ctrl-C."""
+"""Each node starts, and one that is still starting ends quietly on Ctrl-C."""
 
 import os
 import signal
@@ -35,3 +35,14 @@ def test_ctrl_c_during_the_imports_prints_nothing(name: str, interrupted: str) -
     handled = interrupted != "robot_core.ros.process"  # which has the handlers
     assert ended.returncode == (0 if handled else -signal.SIGINT)
     assert ended.stdout + ended.stderr == ""
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_each_starts_by_itself(name: str) -> None:
+    """In other tests it finds what `node_server.py` has imported."""
+    started = subprocess.run(
+        [sys.executable, "-m", MODULES[name], "--help"],
+        cwd=ROOT, capture_output=True, text=True, timeout=TIMEOUT,
+    )  # fmt: skip
+    assert (started.returncode, started.stderr) == (0, "")
+    assert started.stdout.startswith(f"usage: {name} ")

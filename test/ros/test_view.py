@@ -279,9 +279,9 @@ LEAVE = {
     "browser killed": lambda page: signal_browser(signal.SIGKILL),
     "asleep": lambda page: signal_browser(signal.SIGSTOP),
     "endless loop": lambda page: later(page, "for (;;) {}"),
-    "dialogue": lambda page: (page.on("dialog", lambda _: None), later(page, "alert(1);")),
 }
 MORE_WAYS = {
+    "dialogue": lambda page: (page.on("dialog", lambda _: None), later(page, "alert(1);")),
     "another page": lambda page: page.goto("about:blank"),
     "browser closed": lambda page: page.context.browser.close(),
     "renderer stopped": lambda page: signal_browser(signal.SIGSTOP, "--type=renderer"),
