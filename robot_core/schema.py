@@ -504,8 +504,8 @@ def write_text(path: Path, text: str, field: str) -> None:
 
 def require_writable(path: Path, field: str) -> None:
     """Raise NaoGaitError if a file cannot be written; `field` is the option that names it."""
-    existed = path.exists()
     try:
+        existed = path.exists()
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("a", encoding="utf-8"):
             pass

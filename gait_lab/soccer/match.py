@@ -28,7 +28,9 @@ from nao_soccer.referee.protocol import Penalty
 from nao_soccer.referee.rules import Goal, PutBall, PutRobot, Referee, RobotPlace, Rules
 from robot_core.errors import NaoGaitError
 from robot_core.field import TEAMS
+from robot_core.schema import Kind, Number, Optional
 from robot_core.types import Point2, Pose2
+from sim_bridge.individual import NOMINAL
 from sim_bridge.scene import Scene, SceneRobot, load_scene
 from sim_bridge.trials.trial import CONTROL_PERIOD, Tick
 
@@ -412,12 +414,23 @@ class BallWatch:
         self._began = None
 
 
+_NUMBERS: dict[str, Kind] = {
+    "seed": Number(NOMINAL, whole=True),
+    "minutes": Number(0.1, 60.0, "min"),
+    "robots": Optional(Number(1, whole=True)),
+    "loss": Number(0.0, 1.0),
+}
+
+
 def match_scene(spec: MatchSpec) -> Scene:
     """The scene of a match, with individuals of its seed.
 
     Raises:
-        NaoGaitError: There is no such scene, or it has too few robots.
+        NaoGaitError: There is no such scene, it has too few robots, or a number of the match is
+            not allowed.
     """
+    for name, kind in _NUMBERS.items():
+        kind.check(name, getattr(spec, name))
     scene = load_scene(spec.scene)
     robots = []
     for team in TEAMS:

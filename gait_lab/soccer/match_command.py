@@ -16,8 +16,6 @@ from nao_soccer.behavior.duel import DuelSettings
 from robot_core.errors import NaoGaitError
 from robot_core.schema import require_writable
 
-MINUTES = (0.1, 60.0)
-"""Shortest and longest half [min]."""
 EYES_MAX = 20
 """Most processes that render and see: there are not more robots."""
 
@@ -100,11 +98,6 @@ def play(
 
 
 def _check(spec: MatchSpec) -> None:
-    low, high = MINUTES
-    if not low <= spec.minutes <= high:
-        raise NaoGaitError("minutes", spec.minutes, f"{low:g} to {high:g}")
-    if spec.robots is not None and spec.robots < 1:
-        raise NaoGaitError("robots", spec.robots, "at least 1")
     if spec.seed < 0:
         raise NaoGaitError("seed", spec.seed, "at least 0")
     match_scene(spec)

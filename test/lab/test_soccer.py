@@ -1,5 +1,6 @@
 """Robots that play in the simulation: alone, and the course of a match."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -147,6 +148,12 @@ def test_of_two_robots_at_the_ball_the_nearer_goes_on_and_the_other_steps_back()
     [
         (MatchSpec(scene="nowhere"), "scene"),
         (MatchSpec(robots=5), "at most 2 robots of team red"),
+        (MatchSpec(robots=-1), "robots: got -1; allowed: a whole number of at least 1"),
+        (MatchSpec(robots=0.5), "robots: got 0.5"),
+        (MatchSpec(seed="x"), "seed: got 'x'"),
+        (MatchSpec(minutes=math.nan), "minutes: got nan; allowed: a number from 0.1 to 60 min"),
+        (MatchSpec(minutes="long"), "minutes: got 'long'"),
+        (MatchSpec(loss=2.0), "loss: got 2.0"),
     ],
 )
 def test_a_match_that_cannot_be_played_is_refused(spec: MatchSpec, message: str) -> None:
