@@ -16,7 +16,7 @@ from robot_core.types import SensorFrame, VelocityCommand
 PERIOD = Number(0.002, 0.05, "s")
 """Between two frames."""
 STAMP = Number(-(2.0**63), 2.0**63, "ns", whole=True)
-_LATE = Number(-100, 100, "control periods", whole=True)
+LATE = Number(-100, 100, "control periods", whole=True)
 
 
 def check_inputs(frame: Any, command: Any, joints: int) -> VelocityCommand:
@@ -33,11 +33,14 @@ def check_inputs(frame: Any, command: Any, joints: int) -> VelocityCommand:
         force, mean = frame.linear_acceleration, frame.mean_angular_velocity
         x, y, yaw = command
         total = sum(position.tolist()) + sum(rate.tolist()) + sum(force.tolist()) + x + y + yaw
+        if mean is not None:
+            total += sum(mean.tolist())
         if (
             math.isfinite(total) and len(position) == joints and len(rate) == 3 and len(force) == 3
-            and mean is None and frame.late == 0 and type(frame.lifted) is bool
+            and (mean is None or len(mean) == 3) and type(frame.lifted) is bool
             and type(frame.stamp) is int and abs(frame.stamp) < STAMP.maximum
-            and type(x) is type(y) is type(yaw) is float
+            and type(frame.late) is int and abs(frame.late) <= LATE.maximum
+            and isinstance(x, float) and isinstance(y, float) and isinstance(yaw, float)
             and isinstance(frame, SensorFrame) and isinstance(command, VelocityCommand)
         ):  # fmt: skip
             return command
@@ -61,7 +64,7 @@ def _checked(frame: object, command: object, joints: int) -> VelocityCommand:
         values = read_array(named[name], f"frame.{name}", (count,))
         if not isinstance(named[name], np.ndarray):
             raise NaoGaitError(f"frame.{name}", values.tolist(), "a numpy array")
-    for name, whole in (("stamp", STAMP), ("late", _LATE)):
+    for name, whole in (("stamp", STAMP), ("late", LATE)):
         if not isinstance(named[name], int):
             raise NaoGaitError(f"frame.{name}", named[name], f"{whole.allowed}, as int")
         whole.check(f"frame.{name}", named[name])
