@@ -144,7 +144,11 @@ def test_a_trial_gives_its_metrics_with_an_extension_and_without_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     def run_all(specs: list[RolloutSpec], **_: object) -> list[RolloutResult]:
-        return [RolloutResult(spec, metrics(speed_x=spec.parameters.swing_lift)) for spec in specs]
+        lifts = [spec.parameters.swing_lift for spec in specs]
+        return [
+            RolloutResult(spec, metrics(speed_x=lift, speed_y=lift))
+            for spec, lift in zip(specs, lifts, strict=True)
+        ]
 
     monkeypatch.setattr(walks, "run_all", run_all)
     sweep = attrs.evolve(shipped("ablation"), pushes={}, always=())
@@ -153,13 +157,13 @@ def test_a_trial_gives_its_metrics_with_an_extension_and_without_it(
     asked = options("ablation", robots=2, tasks=("forward",), changes=file)
     asked = asked.but(parameters=GaitParameters(swing_lift=0.03))
     found = values(sweep_suite("ablation", sweep, find_suite).measure(asked))
-    assert found["lift_forward_median_with"] == pytest.approx(3.0)
-    assert found["lift_forward_median_without"] == pytest.approx(2.0)
+    assert found["lift_side_median_with"] == pytest.approx(3.0)
+    assert found["lift_side_median_without"] == pytest.approx(2.0)
     assert found["unchanged_forward_median"] == pytest.approx(3.0)
     assert "without_lift_forward_median" not in found, "it runs in its trial alone"
     unknown = attrs.evolve(sweep.trials["drift"], metrics=("height",))
     sweep = attrs.evolve(sweep, trials={**sweep.trials, "drift": unknown})
-    with pytest.raises(NaoGaitError, match=r"height.*forward_median"):
+    with pytest.raises(NaoGaitError, match=r"height.*side_median"):
         list(sweep.measure_trials(asked, find_suite))
 
 
