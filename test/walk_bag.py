@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from gait_lab.analysis.bag import BagWriter
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.ros.messages import JointStateWriter, StatusWriter, footsteps, support_text
-from nao_lipm_gait.runtime.reports import Health, TickTimes, reports
+from nao_lipm_gait.runtime.reports import TickTimes, walk_report
 from robot_core.ros.messages import diagnostic_array
 from robot_core.types import GaitStatus, JointTargets, SensorFrame, VelocityCommand
 from sim_bridge.plant import load_plant
@@ -186,8 +186,8 @@ class _GaitMessages:
 def _diagnostics(status: GaitStatus) -> DiagnosticArray:
     ticks = TickTimes(0.01)
     ticks.add(0.0, 150e-6)
-    health = Health(ticks.summarize(), 0.001, 0, {}, 0, 0, status)
-    return diagnostic_array("gait", "nao", status.stamp, reports(health))
+    report = walk_report(status, ticks.summarize())
+    return diagnostic_array("gait", "nao", status.stamp, (report,))
 
 
 def _twist(command: VelocityCommand) -> Twist:

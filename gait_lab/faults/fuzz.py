@@ -11,7 +11,7 @@ from typing import Any
 from hypothesis import HealthCheck, Phase, Verbosity, given, seed, settings
 from hypothesis import strategies as st
 
-from gait_lab.faults import fuzz_files, fuzz_gait, fuzz_lola
+from gait_lab.faults import fuzz_bytes, fuzz_gait
 
 GAIT, LOLA, FILES = "gait", "LoLA", "files"
 TICKS = 500
@@ -39,13 +39,14 @@ class FuzzResult:
     violations: tuple[str, ...]
 
 
-Target = tuple[st.SearchStrategy[Any], Callable[[Any, int], tuple[int, int]], int]
+Target = tuple[st.SearchStrategy[Any], Callable[..., tuple[int, int]], int]
 TARGETS: dict[str, Target] = {
     GAIT: (fuzz_gait.EXAMPLES, fuzz_gait.run, TICKS),
-    LOLA: (fuzz_lola.EXAMPLES, fuzz_lola.run, TICKS),
-    FILES: (fuzz_files.EXAMPLES, fuzz_files.run, 1),
+    LOLA: (fuzz_bytes.LOLA, fuzz_bytes.exchange, TICKS),
+    FILES: (fuzz_bytes.FILES, fuzz_bytes.read_file, 1),
 }
-"""Strategy, the function that returns what passed and was refused, and the ticks of an example."""
+"""Strategy of the arguments by name; the function of ticks and these, which returns what passed and
+was refused; the ticks of an example."""
 
 
 def fuzz(run: FuzzRun) -> FuzzResult:
@@ -65,7 +66,7 @@ def fuzz(run: FuzzRun) -> FuzzResult:
     def check(example: Any) -> None:
         nonlocal passed, refused
         try:
-            found = call(example, -(-run.ticks // count))
+            found = call(-(-run.ticks // count), **example)
         except Exception as error:
             violations.append(f"{type(error).__name__}: {error}; {example!r}"[:_EVIDENCE])
             raise

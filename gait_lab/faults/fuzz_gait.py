@@ -3,9 +3,8 @@
 import math
 import random
 import time
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -32,6 +31,7 @@ from robot_core.command_input import CommandInput, read_push
 from robot_core.errors import NaoGaitError
 from robot_core.motion.library import shipped_library
 from robot_core.robot import load_robot
+from robot_core.schema import Field
 
 ROBOT = load_robot()
 JOINTS = list(ROBOT.joint_names)
@@ -49,7 +49,7 @@ NUMBERS = st.one_of(
     st.sampled_from((0.0, 1e3, -1e3, 1e9, -1e9, 1e308, -1e308, 5e-324, math.nan, math.inf)),
     st.floats(),
 )
-TRIPLES = st.tuples(NUMBERS, NUMBERS, NUMBERS)
+PAIRS, TRIPLES, QUATERNIONS = (st.tuples(*[NUMBERS] * size) for size in (2, 3, 4))
 TITLES = st.one_of(
     st.sampled_from((*JOINTS, "", "Tail", "\u0000", "%s%n", "../../etc")), st.text(max_size=20)
 )
@@ -58,17 +58,15 @@ STAMPS = st.tuples(
     st.one_of(st.sampled_from((-(2**31), -1, 0, 1, 2**31 - 1)), st.integers(-(2**31), 2**31 - 1)),
     st.one_of(st.sampled_from((0, 10**9 - 1, 10**9, 2**32 - 1)), st.integers(0, 2**32 - 1)),
 )
-PLACES = st.integers(0, 63)
-EDITS = st.lists(
-    st.one_of(
-        st.tuples(st.just("value"), PLACES, NUMBERS),
-        st.tuples(st.just("name"), PLACES, TITLES),
-        st.tuples(st.sampled_from(("delete", "cut", "longer", "rotate")), PLACES, st.none()),
-    ),
-    min_size=1, max_size=4,
-)  # fmt: skip
-"""Changes of the names and columns of a message with joints, one after the other."""
-QUATERNIONS = st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS)
+
+
+def _columns(values: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Other values at some places of a column, or another column."""
+    places = st.dictionaries(st.integers(0, len(JOINTS) - 1), values, min_size=1, max_size=4)
+    return st.one_of(places, st.lists(values, max_size=64))
+
+
+NAMES = st.one_of(st.permutations(JOINTS), _columns(TITLES))
 FIELDS: dict[str, dict[str, st.SearchStrategy[Any]]] = {
     "cmd_vel": {"linear": TRIPLES, "angular": TRIPLES},
     "imu/data": {
@@ -76,53 +74,67 @@ FIELDS: dict[str, dict[str, st.SearchStrategy[Any]]] = {
         "orientation": QUATERNIONS, "orientation_covariance": NUMBERS,
         "angular_velocity_covariance": NUMBERS, "linear_acceleration_covariance": NUMBERS,
     },
-    "joint_states": {"stamp": STAMPS, "edits": EDITS},
+    "joint_states": {"stamp": STAMPS, "names": NAMES, "position": _columns(NUMBERS)},
     "wrench": {"stamp": STAMPS, "force": NUMBERS},
     "temperature": {"stamp": STAMPS, "joint": TITLES, "degrees": NUMBERS},
-    "joint_command": {"edits": EDITS},
+    "joint_command": {
+        "names": NAMES, "position": _columns(NUMBERS), "effort": _columns(NUMBERS),
+    },
     "push": {"force": TRIPLES, "torque": TRIPLES, "frame": FRAMES},
 }  # fmt: skip
 """Fields of each topic that may be replaced in a valid message."""
-REQUESTS = st.one_of(
-    st.tuples(st.just("service"), st.sampled_from(("stand", "relax", "get_up"))),
-    st.tuples(st.just("motion"), st.one_of(
-        st.sampled_from(tuple(shipped_library(ROBOT).motions)), st.sampled_from(MOTION_FILES),
-        TITLES)),
-    st.tuples(st.just("head"), st.tuples(
-        st.sampled_from((ROBOT.head, ("Tail", "HeadYaw"))), st.tuples(NUMBERS, NUMBERS))),
-    st.tuples(st.just("look_at"), st.tuples(TRIPLES, FRAMES)),
-    st.tuples(st.just("follow"), st.tuples(TRIPLES, FRAMES)),
-    st.tuples(st.just("head_mode"), st.one_of(st.sampled_from(("search", "free")), TITLES)),
-    st.tuples(st.just("lift"), NUMBERS),
-    st.tuples(st.just("kick"), st.tuples(
-        st.tuples(NUMBERS, NUMBERS), st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS), FRAMES)),
-    st.tuples(st.just("motors"), st.booleans()),
-    st.tuples(st.just("publishers"), st.tuples(*[st.integers(0, 3)] * 3)),
-    # A number from 0 to 1 is a share of the range of the parameter.
-    st.tuples(st.just("parameters"), st.dictionaries(
-        st.sampled_from(sorted(BY_NAME)),
-        st.one_of(st.floats(0.0, 1.0), st.sampled_from((math.nan, 1e9, "x", None, True))),
-        min_size=1, max_size=4)),
-    st.tuples(st.just("restart"), st.none()),
-    st.tuples(st.just("clock"), st.integers(-(10**9), 10**10)),
-)  # fmt: skip
-"""Requests and changes that happen once, as (kind, content)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Example:
-    """What happens in a stretch of ticks.
+def _values(parameter: Field) -> st.SearchStrategy[Any]:
+    bad = st.sampled_from((math.nan, 1e9, "x", None, True))
+    if parameter.is_number:
+        return st.one_of(st.floats(parameter.minimum, parameter.maximum), bad)
+    return st.one_of(st.sampled_from(parameter.choices or (False, True)), bad)
 
-    Attributes:
-        seed: Of the valid messages, of losses, and of which invalid message comes when.
-        bad: Topics, and the fields of a valid message that are replaced, each of them many times.
-        requests: Share of the stretch at which each happens, and the request.
-    """
 
-    seed: int
-    coasts: bool
-    bad: list[tuple[str, dict[str, Any]]]
-    requests: list[tuple[float, tuple[str, Any]]]
+PARAMETERS = st.lists(
+    st.sampled_from(sorted(BY_NAME)), min_size=1, max_size=4, unique=True
+).flatmap(lambda names: st.fixed_dictionaries({name: _values(BY_NAME[name]) for name in names}))
+REQUESTS: dict[str, tuple[st.SearchStrategy[Any], Callable[..., object]]] = {
+    "motion": (
+        st.tuples(st.one_of(
+            st.sampled_from((*shipped_library(ROBOT).motions, *MOTION_FILES)), TITLES
+        )), GaitController.request_motion,
+    ),
+    "head": (
+        st.tuples(st.sampled_from((ROBOT.head, ("Tail", "HeadYaw"))), PAIRS),
+        lambda gait, names, position: gait.look(head_angles(names, position, ROBOT)),
+    ),
+    "look_at": (
+        st.tuples(TRIPLES, FRAMES),
+        lambda gait, point, frame: gait.look(head_point("look_at", point, frame, ROBOT)),
+    ),
+    "follow": (
+        st.tuples(TRIPLES, FRAMES),
+        lambda gait, point, frame: gait.look(head_follow(point, frame, ROBOT)),
+    ),
+    "head_mode": (
+        st.tuples(st.one_of(st.sampled_from(("search", "free")), TITLES)),
+        lambda gait, text: gait.look(head_mode(text)),
+    ),
+    "lift": (st.tuples(NUMBERS), GaitController.lift),
+    "kick": (
+        st.tuples(PAIRS, QUATERNIONS, FRAMES), lambda gait, *pose: gait.kick(kick_goal(*pose)),
+    ),
+    "motors": (st.tuples(st.booleans()), GaitController.note_motors),
+    "publishers": (
+        st.tuples(*[st.integers(0, 3)] * 3),
+        lambda gait, *counts: gait.note_publishers(PublisherCounts(*counts)),
+    ),
+    "parameters": (st.tuples(PARAMETERS), GaitController.change_parameters),
+}  # fmt: skip
+"""Arguments of a request to the gait, and what it does."""
+OTHERS = {
+    "service": st.sampled_from(("stand", "relax", "get_up")),
+    "restart": st.none(),
+    "clock": st.integers(-(10**9), 10**10),
+}
+"""What else happens once: a service is called, the gait restarts, the clock is set [ns]."""
 
 
 def _lists(elements: st.SearchStrategy[Any], longest: int) -> st.SearchStrategy[list[Any]]:
@@ -132,27 +144,48 @@ def _lists(elements: st.SearchStrategy[Any], longest: int) -> st.SearchStrategy[
     )
 
 
-BAD = st.one_of([
-    st.tuples(st.just(topic), st.fixed_dictionaries({}, optional=fields))
-    for topic, fields in FIELDS.items()
-])  # fmt: skip
-EXAMPLES = st.builds(
-    Example, st.integers(0, 2**32), st.booleans(), _lists(BAD, 12),
-    _lists(st.tuples(st.floats(0.0, 1.0), REQUESTS), 30),
-)  # fmt: skip
+_KINDS = {**{kind: arguments for kind, (arguments, _) in REQUESTS.items()}, **OTHERS}
+EXAMPLES = st.fixed_dictionaries({
+    "seed": st.integers(0, 2**32),
+    "coasts": st.booleans(),
+    "bad": _lists(st.one_of([
+        st.tuples(st.just(topic), st.fixed_dictionaries({}, optional=fields))
+        for topic, fields in FIELDS.items()
+    ]), 12),
+    "requests": _lists(st.tuples(st.floats(0.0, 1.0), st.one_of([
+        st.tuples(st.just(kind), content) for kind, content in _KINDS.items()
+    ])), 30),
+})  # fmt: skip
+"""Arguments of `run`."""
 
 # -- the gait and its robot ------------------------------------------------------------------------
 
 
-def run(example: Example, ticks: int) -> tuple[int, int]:
-    """Run an example; the numbers of joint commands and of refusals. Raises AssertionError."""
-    rig = Rig(example)
-    due = sorted((round(share * (ticks - 1)), place)
-                 for place, (share, _) in enumerate(example.requests))  # fmt: skip
+Bad = Sequence[tuple[str, dict[str, Any]]]
+Requests = Sequence[tuple[float, tuple[str, Any]]]
+
+
+def run(
+    ticks: int, seed: int = 0, coasts: bool = False, bad: Bad = (), requests: Requests = ()
+) -> tuple[int, int]:
+    """Run a stretch of ticks; the numbers of joint commands and of refusals.
+
+    Args:
+        ticks: Its length.
+        seed: Of the valid messages, of losses, and of which invalid message comes when.
+        coasts: The gait may walk on without sensors.
+        bad: Topics, and the fields of a valid message that are replaced, each of them many times.
+        requests: Share of the stretch at which each happens, and the request.
+
+    Raises:
+        AssertionError: Something happened that must not.
+    """
+    rig = Rig(seed, coasts, bad)
+    due = sorted((round(share * (ticks - 1)), place) for place, (share, _) in enumerate(requests))
     before = time.thread_time()
     for tick in range(ticks):
         while due and due[0][0] == tick:
-            rig.request(*example.requests[due.pop(0)[1]][1])
+            rig.request(*requests[due.pop(0)[1]][1])
         rig.tick()
         if tick % 50 == 49:  # reading the time is slow
             before, last = time.thread_time(), before
@@ -164,12 +197,12 @@ def run(example: Example, ticks: int) -> tuple[int, int]:
 class Rig:
     """A gait, a robot that follows its targets exactly, and senders of all kinds of messages."""
 
-    def __init__(self, example: Example) -> None:
-        self._random = random.Random(example.seed)
-        self._noise = np.random.default_rng(example.seed)
-        self._coasts = example.coasts
+    def __init__(self, seed: int = 0, coasts: bool = False, bad: Bad = ()) -> None:
+        self._random = random.Random(seed)
+        self._noise = np.random.default_rng(seed)
+        self._coasts = coasts
         self._bad: dict[str, list[dict[str, Any]]] = {topic: [] for topic in FIELDS}
-        for topic, fields in example.bad:
+        for topic, fields in bad:
             self._bad[topic].append(fields)
         self._pose = ROBOT.stand_pose.tolist()
         self._stamp = 1_000_000_000
@@ -210,38 +243,18 @@ class Rig:
         self._checked(f"{topic}: {message}", lambda: controller.receive(topic, lambda: message))
 
     def request(self, kind: str, content: Any) -> None:
-        """Call a service, send a request, or change the clock, the parameters or the gait."""
+        """What happens once; see `REQUESTS` and `OTHERS`."""
         controller, what = self.controller, f"{kind}: {content}"
-        looks: dict[str, Callable[[], Any]] = {
-            "head": lambda: head_angles(content[0], content[1], ROBOT),
-            "look_at": lambda: head_point("look_at", content[0], content[1], ROBOT),
-            "follow": lambda: head_follow(content[0], content[1], ROBOT),
-            "head_mode": lambda: head_mode(content),
-        }
-        if kind == "motion":
-            act = partial(controller.request_motion, content)
-            self._checked(what, lambda: controller.run("motion", act))
+        if kind in REQUESTS:
+            _, act = REQUESTS[kind]
+            self._checked(what, lambda: controller.run(
+                kind, lambda: _explained(lambda: act(controller, *content))
+            ))  # fmt: skip
             while controller.loads_file:  # else the run would depend on the time that takes
                 self._checked(what, controller.watch)
-        elif kind == "kick":
-            self._checked(
-                what, lambda: controller.run(kind, lambda: controller.kick(kick_goal(*content)))
-            )
-        elif kind == "lift":
-            self._checked(what, lambda: controller.run(kind, lambda: controller.lift(content)))
-        elif kind in looks:
-            self._checked(
-                what, lambda: controller.run(kind, lambda: controller.look(looks[kind]()))
-            )
         elif kind == "service":
             accepted, _ = controller.answer(getattr(controller, content))
             self.refused += not accepted
-        elif kind == "motors":
-            controller.note_motors(content)
-        elif kind == "publishers":
-            controller.note_publishers(PublisherCounts(*content))
-        elif kind == "parameters":
-            self._refusable(lambda: controller.change_parameters(_values(content)))
         elif kind == "restart":
             self.refused += sum(controller.rejected.values())
             self._start()
@@ -274,15 +287,13 @@ class Rig:
 
     def _robot_side(self) -> None:
         """A joint command and a push, as the bridge gets them."""
-        names, position, effort = list(JOINTS), list(self._pose), [1.0] * len(JOINTS)
+        usual = {"names": JOINTS, "position": self._pose, "effort": [1.0] * len(JOINTS)}
         bad = self._one_of("joint_command") or {}
-        _edit(bad.get("edits", ()), names, position, effort)
+        columns = [_column(bad.get(name, {}), values) for name, values in usual.items()]
         sender, now = self._random.choice(("gait", "", "other")), 0.01 * self._ticks
         bridge = self._command_input
         self._refusable(lambda: bridge.admit(sender, now))
-        read = self._refusable(
-            lambda: bridge.read(sender, now, self._stamp, names, position, effort)
-        )
+        read = self._refusable(lambda: bridge.read(sender, now, self._stamp, *columns))
         if read is not None and read[0] is not None:
             if not np.isfinite(read[0].position).all():
                 raise AssertionError("robot: targets that are not finite")
@@ -295,12 +306,10 @@ class Rig:
             raise AssertionError(f"robot: push {force}")
 
     def _refusable(self, work: Callable[[], Any]) -> Any:
-        """The result; None if it was refused, with field and allowed values."""
+        """The result; None if it was refused."""
         try:
-            return work()
-        except NaoGaitError as error:
-            if not (error.field and error.allowed):
-                raise AssertionError(f"refusal without field or allowed values: {error}") from error
+            return _explained(work)
+        except NaoGaitError:
             self.refused += 1
             return None
 
@@ -327,49 +336,26 @@ class Rig:
                 yield f"{frame}/wrench", LoadInput(*stamp, side, uniform(0.0, 50.0))
 
 
+def _explained(work: Callable[[], Any]) -> Any:
+    """Do it; raises AssertionError for a refusal without field or allowed values."""
+    try:
+        return work()
+    except NaoGaitError as error:
+        if not (error.field and error.allowed):
+            raise AssertionError(f"refusal without field or allowed values: {error}") from error
+        raise
+
+
 def _changed(message: Input, fields: dict[str, Any]) -> Input:
-    changes = {key: value for key, value in fields.items() if key not in ("stamp", "edits")}
-    if "stamp" in fields:
-        changes["sec"], changes["nanosec"] = fields["stamp"]
-    if isinstance(message, JointInput):
-        names, position = list(message.names), list(message.position)
-        _edit(fields.get("edits", ()), names, position)
-        changes |= {"names": names, "position": position}
+    changes = dict(fields)
+    if "stamp" in changes:
+        changes["sec"], changes["nanosec"] = changes.pop("stamp")
+    for name in {"names", "position"} & changes.keys():
+        changes[name] = _column(changes[name], getattr(message, name))
     return replace(message, **changes)
 
 
-def _edit(edits: Iterable[tuple[str, int, Any]], names: list[Any], *columns: list[Any]) -> None:
-    """Change names and columns in place, as `EDITS` says."""
-    for kind, place, value in edits:
-        column = columns[place // 32 % len(columns)]
-        if kind == "longer":
-            names += ["x"] * place
-            for each in columns:
-                each += [0.0] * place
-        elif kind == "cut":
-            del column[place:]
-        elif kind in ("value", "name"):
-            changed = column if kind == "value" else names
-            if changed:
-                changed[place % len(changed)] = value
-        else:
-            for each in (names, *columns):
-                if each:
-                    moved = each.pop(place % len(each))
-                    each += [moved] if kind == "rotate" else []
-
-
-def _values(changes: dict[str, Any]) -> dict[str, object]:
-    """Values of parameters, of which numbers are given as shares of the range."""
-    values: dict[str, object] = {}
-    for name, value in changes.items():
-        parameter = BY_NAME[name]
-        if isinstance(value, float) and 0.0 <= value <= 1.0:
-            if parameter.is_switch:
-                value = value > 0.5
-            elif parameter.choices:
-                value = parameter.choices[round(value * (len(parameter.choices) - 1))]
-            else:
-                value = parameter.minimum + value * (parameter.maximum - parameter.minimum)
-        values[name] = value
-    return values
+def _column(change: dict[int, Any] | list[Any], values: list[Any]) -> list[Any]:
+    if isinstance(change, list):
+        return change
+    return [change.get(place, value) for place, value in enumerate(values)]

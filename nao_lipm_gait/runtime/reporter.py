@@ -9,7 +9,12 @@ from nao_lipm_gait.parameters import GaitParameters
 from nao_lipm_gait.runtime.calibration_monitor import DEVIATION_KNOWN, calibration_report
 from nao_lipm_gait.runtime.commands import HeldVelocity
 from nao_lipm_gait.runtime.diagnostics import COMMANDS, SENSORS, WALK, Diagnostics
-from nao_lipm_gait.runtime.reports import Health, TickTimes, reports
+from nao_lipm_gait.runtime.reports import (
+    TickTimes,
+    commands_report,
+    sensors_report,
+    walk_report,
+)
 from nao_lipm_gait.runtime.target_guard import GuardedTargets
 from robot_core.errors import NaoGaitError, one_line
 from robot_core.log import SILENCE, Level, Report
@@ -225,22 +230,20 @@ class Reporter:
             stamp: See `Intake.stamp`.
             missed: See `Intake.missed`.
         """
-        health = Health(
-            ticks=self._ticks.summarize(),
-            sensor_age=None if self._sensors_at is None else self._clock() - self._sensors_at,
-            joints_refused=self._joints_are_refused(),
-            missed_ticks=missed,
-            rejected=self.rejected,
-            faults=self.faults,
-            deadline_misses=self._ticks.misses,
-            status=self._status,
-            command_age=None if stamp is None else velocity.age(stamp),
-            command_timed_out=velocity.timed_out,
-            gyro_bias_sigma=self._gait.gyro_bias_sigma,
-            remarks=self.say.take_remarks(),
+        age = None if self._sensors_at is None else self._clock() - self._sensors_at
+        remarks = self.say.take_remarks()
+        sensors = sensors_report(
+            age, self._joints_are_refused(), missed, self.rejected, remarks[SENSORS]
         )
+        walk = walk_report(
+            self._status, self._ticks.summarize(), self._ticks.misses, self.faults,
+            self._gait.gyro_bias_sigma, remarks[WALK],
+        )  # fmt: skip
+        asked = None if stamp is None else velocity.age(stamp)
+        commands = commands_report(asked, velocity.timed_out, remarks[COMMANDS])
         steps_measure = parameters.level_soles and parameters.feedback
-        return *reports(health), calibration_report(self._gait, steps_measure=steps_measure)
+        calibration = calibration_report(self._gait, steps_measure=steps_measure)
+        return sensors, walk, commands, calibration
 
     @property
     def rejected(self) -> Mapping[str, int]:

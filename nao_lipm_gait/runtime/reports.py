@@ -71,46 +71,6 @@ class TickTimes:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Health:
-    """The state of the gait at the end of a second; what is None has not happened yet.
-
-    Attributes:
-        ticks: Ticks of this second.
-        sensor_age: Wall time [s] since the last joint state.
-        missed_ticks: Frames that never arrived, since the start.
-        rejected: Refused messages per topic, since the start.
-        faults: Ticks whose targets were held or clipped by the guard, since the start.
-        deadline_misses: Ticks that took longer than a control period, since the start.
-        status: Status of the last tick.
-        command_age: Sensor time [s] since the last velocity command.
-        command_timed_out: A command to move is too old, so the robot stops.
-        gyro_bias_sigma: Standard deviation of the gyro's bias [rad/s].
-        joints_refused: Joint states arrive, but cannot be read.
-        remarks: What happened in this second, by report.
-    """
-
-    ticks: TickSummary | None
-    sensor_age: float | None
-    missed_ticks: int
-    rejected: Mapping[str, int]
-    faults: int
-    deadline_misses: int
-    status: GaitStatus | None
-    command_age: float | None = None
-    command_timed_out: bool = False
-    gyro_bias_sigma: float = 0.0
-    joints_refused: bool = False
-    remarks: Mapping[str, Sequence[Remark]] | None = None
-
-
-def reports(health: Health) -> tuple[Report, ...]:
-    """Make one report each for the sensors, the walk and the commands."""
-    makers = {SENSORS: _sensors, WALK: _walk, COMMANDS: _commands}
-    remarks = health.remarks or {}
-    return tuple(make(health, remarks.get(group, ())) for group, make in makers.items())
-
-
 def _with_remarks(level: Level, message: str, remarks: Sequence[Remark]) -> tuple[Level, str]:
     """Level and message together with the remarks: the worst ones first, each once."""
     found = dict.fromkeys(
@@ -121,26 +81,47 @@ def _with_remarks(level: Level, message: str, remarks: Sequence[Remark]) -> tupl
     return max(level, worst), "; ".join(shown)
 
 
-def _sensors(health: Health, remarks: Sequence[Remark]) -> Report:
-    level, message = Level.OK, "sensors arrive"
-    none = "no usable joint_states" if health.joints_refused else "no joint_states"
-    if health.sensor_age is None:
+def sensors_report(
+    age: float | None, refused: bool, missed: int, rejected: Mapping[str, int],
+    remarks: Sequence[Remark] = (),
+) -> Report:  # fmt: skip
+    """Whether sensors arrive.
+
+    Args:
+        age: Wall time [s] since the last joint state; None before the first.
+        refused: Joint states arrive, but cannot be read.
+        missed: Frames that never arrived, since the start.
+        rejected: Refused messages per topic, since the start.
+        remarks: What happened since the last report.
+    """
+    level, message = Level.OK, "" if remarks else "sensors arrive"
+    none = "no usable joint_states" if refused else "no joint_states"
+    if age is None:
         level, message = Level.STALE, f"{none} so far"
-    elif health.sensor_age > SILENCE:
-        level, message = Level.ERROR, f"{none} for {health.sensor_age:.1f} s"
-    elif remarks:
-        message = ""
-    level, message = _with_remarks(level, message, remarks)
+    elif age > SILENCE:
+        level, message = Level.ERROR, f"{none} for {age:.1f} s"
     values = {
-        "sensor age [s]": "" if health.sensor_age is None else f"{health.sensor_age:.3f}",
-        "missed ticks": str(health.missed_ticks),
-        **{f"rejected {topic}": str(count) for topic, count in health.rejected.items()},
+        "sensor age [s]": "" if age is None else f"{age:.3f}",
+        "missed ticks": str(missed),
+        **{f"rejected {topic}": str(count) for topic, count in rejected.items()},
     }
-    return Report(SENSORS, level, message, values)
+    return Report(SENSORS, *_with_remarks(level, message, remarks), values)
 
 
-def _walk(health: Health, remarks: Sequence[Remark]) -> Report:
-    status, ticks = health.status, health.ticks
+def walk_report(
+    status: GaitStatus | None, ticks: TickSummary | None, misses: int = 0, faults: int = 0,
+    bias_sigma: float = 0.0, remarks: Sequence[Remark] = (),
+) -> Report:  # fmt: skip
+    """What the gait does.
+
+    Args:
+        status: Of the last tick; None before the first.
+        ticks: Those since the last report.
+        misses: Ticks that took longer than a control period, since the start.
+        faults: Ticks whose targets were held or clipped by the guard, since the start.
+        bias_sigma: Standard deviation of the gyro's bias [rad/s].
+        remarks: What happened since the last report.
+    """
     if status is None:
         return Report(WALK, *_with_remarks(Level.STALE, "no tick so far", remarks), {})
     level, message = Level.OK, status.state.value
@@ -151,13 +132,9 @@ def _walk(health: Health, remarks: Sequence[Remark]) -> Report:
     elif status.ik_residual > UNREACHED or status.clipped_joints:
         level = Level.WARN
         message += ", target out of reach"
-    level, message = _with_remarks(level, message, remarks)
-    innovation = [
-        measured - expected
-        for measured, expected in zip(
-            status.com_measured_in_q, status.com_expected_in_q, strict=True
-        )
-    ]
+    x, y = (
+        1e3 * (status.com_measured_in_q[axis] - status.com_expected_in_q[axis]) for axis in (0, 1)
+    )
     values = {
         "state": status.state.value,
         "motion": status.motion,
@@ -167,28 +144,34 @@ def _walk(health: Health, remarks: Sequence[Remark]) -> Report:
         "tick p50 [us]": f"{ticks.p50:.0f}" if ticks else "",
         "tick p99 [us]": f"{ticks.p99:.0f}" if ticks else "",
         "tick max [us]": f"{ticks.maximum:.0f}" if ticks else "",
-        "deadline misses": str(health.deadline_misses),
-        "observer innovation x [mm]": f"{innovation[0] * 1e3:.2f}",
-        "observer innovation y [mm]": f"{innovation[1] * 1e3:.2f}",
+        "deadline misses": str(misses),
+        "observer innovation x [mm]": f"{x:.2f}",
+        "observer innovation y [mm]": f"{y:.2f}",
         "IK residual [mm]": f"{status.ik_residual * 1e3:.3f}",
         "clipped joints": str(status.clipped_joints),
         "torso roll [rad]": f"{status.torso_roll:.4f}",
         "torso pitch [rad]": f"{status.torso_pitch:.4f}",
-        "gyro bias deviation [rad/s]": f"{health.gyro_bias_sigma:.5f}",
-        "faults": str(health.faults),
+        "gyro bias deviation [rad/s]": f"{bias_sigma:.5f}",
+        "faults": str(faults),
     }
-    return Report(WALK, level, message, values)
+    return Report(WALK, *_with_remarks(level, message, remarks), values)
 
 
-def _commands(health: Health, remarks: Sequence[Remark]) -> Report:
+def commands_report(age: float | None, timed_out: bool, remarks: Sequence[Remark] = ()) -> Report:
+    """Whether velocities are commanded.
+
+    Args:
+        age: Sensor time [s] since the last command; None before the first.
+        timed_out: A command to move is too old, so the robot stops.
+        remarks: What happened since the last report.
+    """
     level, message = Level.OK, "cmd_vel arrives"
-    if health.command_age is None:
+    if age is None:
         message = "no cmd_vel so far"
-    elif health.command_timed_out and health.command_age < IDLE:
+    elif timed_out and age < IDLE:
         level = Level.WARN
-        message = f"no cmd_vel for {health.command_age:.1f} s: the robot stops"
-    elif health.command_timed_out:
-        message = f"idle, no cmd_vel for {health.command_age:.0f} s"
-    level, message = _with_remarks(level, message, remarks)
-    age = "" if health.command_age is None else f"{health.command_age:.3f}"
-    return Report(COMMANDS, level, message, {"cmd_vel age [s]": age})
+        message = f"no cmd_vel for {age:.1f} s: the robot stops"
+    elif timed_out:
+        message = f"idle, no cmd_vel for {age:.0f} s"
+    values = {"cmd_vel age [s]": "" if age is None else f"{age:.3f}"}
+    return Report(COMMANDS, *_with_remarks(level, message, remarks), values)
