@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -349,11 +349,6 @@ def _own_pose(message: Any) -> tuple[float, ...]:
     )
 
 
-def _place(message: Any) -> tuple[float, float]:
-    at = message.pose.pose.position
-    return at.x, at.y
-
-
 def _diagnosed(message: Any, prefix: str) -> dict[str, str]:
     """Values of the statuses of one robot; /diagnostics has those of all."""
     own = f"{prefix.lstrip('/')}/" if prefix else ""
@@ -387,24 +382,15 @@ def _twist(message: Any) -> tuple[float, float, float]:
     return twist.linear.x, twist.linear.y, twist.angular.z
 
 
-def _point(message: Any) -> tuple[float, float, float]:
-    return message.point.x, message.point.y, message.point.z
-
-
-def _force(message: Any) -> tuple[float, float, float]:
-    force = message.wrench.force
-    return force.x, force.y, force.z
-
-
-def _wrench(message: Any) -> tuple[float, ...]:
-    force, torque = message.wrench.force, message.wrench.torque
-    return force.x, force.y, force.z, torque.x, torque.y, torque.z
-
-
-def _odometry3(message: Any) -> tuple[float, ...]:
-    p, q = message.pose.pose.position, message.pose.pose.orientation
-    v = message.twist.twist.linear
-    return p.x, p.y, p.z, q.x, q.y, q.z, q.w, v.x, v.y, v.z
+_point = attrgetter("point.x", "point.y", "point.z")
+_place = attrgetter("pose.pose.position.x", "pose.pose.position.y")
+_force = attrgetter(*(f"wrench.force.{axis}" for axis in "xyz"))
+_wrench = attrgetter(*(f"wrench.{part}.{axis}" for part in ("force", "torque") for axis in "xyz"))
+_odometry3 = attrgetter(
+    *(f"pose.pose.position.{axis}" for axis in "xyz"),
+    *(f"pose.pose.orientation.{axis}" for axis in "xyzw"),
+    *(f"twist.twist.linear.{axis}" for axis in "xyz"),
+)
 
 
 def _planar(pose: Any) -> Pose2:

@@ -191,7 +191,7 @@ def run(
             before, last = time.thread_time(), before
             if before - last > HANG:
                 raise AssertionError("hang")
-    return rig.answers, rig.refused + sum(rig.controller.rejected.values())
+    return rig.answers, rig.refused + sum(rig.controller.reporter.rejected.values())
 
 
 class Rig:
@@ -256,7 +256,7 @@ class Rig:
             accepted, _ = controller.answer(getattr(controller, content))
             self.refused += not accepted
         elif kind == "restart":
-            self.refused += sum(controller.rejected.values())
+            self.refused += sum(controller.reporter.rejected.values())
             self._start()
         else:
             self._stamp = max(0, self._stamp + content)
@@ -264,10 +264,10 @@ class Rig:
 
     def _checked(self, what: str, work: Callable[[], Output]) -> None:
         self._look_at(work())
-        if self.controller.unexpected:
+        if self.controller.reporter.unexpected:
             raise AssertionError(f"exception for {what}")
-        if self.controller.crashes:
-            raise AssertionError(f"{self.controller.crashes[-1]} for {what}")
+        if self.controller.reporter.crashes:
+            raise AssertionError(f"{self.controller.reporter.crashes[-1]} for {what}")
 
     def _look_at(self, output: Output) -> None:
         for targets, status, _ in output.answers:

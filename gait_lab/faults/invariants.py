@@ -132,10 +132,10 @@ class Invariants:
             self._down_since = now if self._down_since is None else self._down_since
             self.fell_at = now if self.fell_at is None else self.fell_at
         for gait in gaits:
-            if gait.unexpected:
+            if gait.reporter.unexpected:
                 self.violate("exception", "; ".join(self.explained) or "in a message")
-            if gait.crashes:
-                self.violate("exception", gait.crashes[0])
+            if gait.reporter.crashes:
+                self.violate("exception", gait.reporter.crashes[0])
         self._check_silent_stop(now, gaits, asked_to_walk)
 
     def _check_silent_stop(

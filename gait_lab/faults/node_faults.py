@@ -6,12 +6,15 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from enum import Enum, auto
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gait_lab.faults.campaign import STOPPED, VIOLATED, WENT_ON, FaultResult, FaultRun
+from gait_lab.faults.campaign import VIOLATED, FaultResult, FaultRun
 from gait_lab.faults.harness import Fault
+
+if TYPE_CHECKING:
+    from gait_lab.faults.node_harness import NodeHarness
 
 
 class Rig(Enum):
@@ -23,32 +26,13 @@ class Rig(Enum):
     """LoLA's server, its bridge, gait."""
 
 
-class Nodes(Protocol):
-    """What a fault may do with the nodes."""
-
-    def seconds(self) -> float:
-        """Simulated time [s]."""
-        ...
-
-    def kill(self, name: str) -> None:
-        """End a node at once."""
-        ...
-
-    def start(self, name: str) -> None:
-        """Start a node again."""
-        ...
-
-    def pause(self, name: str, paused: bool) -> None:
-        """Stop a node from running, or let it run on."""
-        ...
-
-
 class NodeFault(Fault):
     """One node is killed and starts again after a while, or never.
 
     Attributes:
         victim: The node that is struck; empty = none.
         referee: A referee runs, and the player waits for it.
+        begins: Earliest and latest beginning [s].
         gone: Shortest and longest time [s] until the node is back.
         stays_gone: Share of the runs in which it does not come back.
         hangs: The node is stopped and goes on; it is not killed.
@@ -58,19 +42,20 @@ class NodeFault(Fault):
     rig = Rig.MATCH
     victim = ""
     referee = False
+    begins = (8.0, 12.0)
     gone = (1.0, 5.0)
     stays_gone = 0.5
     hangs = False
 
     def __init__(self, random: np.random.Generator) -> None:
         super().__init__(random)
-        self.begin = float(random.uniform(8.0, 12.0))
+        self.begin = float(random.uniform(*self.begins))
         never = random.uniform() < self.stays_gone
         duration = float(random.uniform(*self.gone))
         self.duration = math.inf if never else duration  # until it is back
         self._stage = 0
 
-    def before_frame(self, nodes: Nodes) -> None:
+    def before_frame(self, nodes: "NodeHarness") -> None:
         """Strike, and bring back, when it is time."""
         now = nodes.seconds()
         if self._stage == 0 and self.victim and now >= self.begin:
@@ -87,107 +72,27 @@ class NodeFault(Fault):
                 nodes.start(self.victim)
 
 
-class GaitKilled(NodeFault):
-    """The gait is killed while the robot plays, and is started again at once."""
-
-    says = ("fallen",)
-    victim = "gait"
-    gone = (0.0, 0.5)
-    stays_gone = 0.0
+def _of(victim: str, *says: str, **more: Any) -> type[NodeFault]:
+    """The faults of a node; `more`: other attributes of `NodeFault`."""
+    return type("NodeFault", (NodeFault,), {"victim": victim, "says": says, **more})
 
 
-class VisionKilled(NodeFault):
-    """Vision is killed; in half of the runs it is started again after 1 to 5 s."""
-
-    says = ("no usable image",)
-    victim = "vision"
-
-
-class PlayerKilled(NodeFault):
-    """The player is killed; in half of the runs it is started again after 1 to 5 s."""
-
-    says = ("no cmd_vel", "own pose not valid")
-    victim = "player"
-
-
-class PlayerHangs(NodeFault):
-    """The player hangs for 1 to 5 s."""
-
-    says = ("no cmd_vel",)
-    victim = "player"
-    stays_gone = 0.0
-    hangs = True
-
-
-class RefereeKilled(NodeFault):
-    """The referee is killed in play; in half of the runs another begins a new match."""
-
-    says = ("referee not heard",)
-    victim = "referee"
-    referee = True
-    end = 44.0
-
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
-        self.begin += 16.0  # the ball is in play
-
-
-class LolaFault(NodeFault):
-    """A robot behind LoLA's socket that walks ahead."""
-
-    rig = Rig.LOLA
-    stays_gone = 0.0
-
-
-class LolaSilent(LolaFault):
-    """LoLA sends nothing for 1 to 5 s, then goes on."""
-
-    says = ("no joint_states",)
-    victim = "lola_server"
-    hangs = True
-
-
-class LolaBridgeKilled(LolaFault):
-    """Lola_bridge is killed and started again after 1 to 5 s."""
-
-    says = ("no joint_states",)
-    victim = "lola_bridge"
-
-
-class LolaGaitKilled(LolaFault):
-    """The gait behind LoLA is killed; in half of the runs it is started again."""
-
-    says = ("no joint_command",)
-    victim = "gait"
-    stays_gone = 0.5
-
-
+_LOLA = {"rig": Rig.LOLA, "stays_gone": 0.0}
 NODE_FAULTS: Mapping[str, type[NodeFault]] = {
     "none": NodeFault,
-    "gait_killed": GaitKilled,
-    "vision_killed": VisionKilled,
-    "player_killed": PlayerKilled,
-    "player_hangs": PlayerHangs,
-    "referee_killed": RefereeKilled,
-    "lola_silent": LolaSilent,
-    "lola_bridge_killed": LolaBridgeKilled,
-    "lola_gait_killed": LolaGaitKilled,
+    "gait_killed": _of("gait", "fallen", gone=(0.0, 0.5), stays_gone=0.0),
+    "vision_killed": _of("vision", "no usable image"),
+    "player_killed": _of("player", "no cmd_vel", "own pose not valid"),
+    "player_hangs": _of("player", "no cmd_vel", stays_gone=0.0, hangs=True),
+    # In play, which begins later; another one begins a new match.
+    "referee_killed": _of(
+        "referee", "referee not heard", referee=True, end=44.0, begins=(24.0, 28.0)
+    ),
+    "lola_silent": _of("lola_server", "no joint_states", **_LOLA, hangs=True),
+    "lola_bridge_killed": _of("lola_bridge", "no joint_states", **_LOLA),
+    "lola_gait_killed": _of("gait", "no joint_command", rig=Rig.LOLA),
 }
 """By their names in the results of `--scope robot`."""
-
-
-class NodeOutcome(NamedTuple):
-    """How a run ended.
-
-    Attributes:
-        went_on: The robot walked, kicked or got up shortly before the end.
-        violations: What must not happen, as `kind: evidence`.
-        explained: Diagnostics above OK, and warnings and errors of logs, since the fault began.
-    """
-
-    went_on: bool
-    violations: tuple[str, ...]
-    explained: tuple[str, ...]
 
 
 def run_node_fault(run: FaultRun) -> FaultResult:
@@ -201,13 +106,6 @@ def run_node_fault(run: FaultRun) -> FaultResult:
     )  # fmt: skip
     if done.returncode:
         problem = f"harness: {(done.stderr.splitlines() or ['no output'])[-1]}"
-        outcome = NodeOutcome(False, (problem,), ())
-    else:
-        outcome = NodeOutcome(*json.loads(done.stdout))
-    ended = WENT_ON if outcome.went_on else STOPPED
-    return FaultResult(
-        run=run,
-        outcome=VIOLATED if outcome.violations else ended,
-        violations=tuple(outcome.violations),
-        explained=tuple(outcome.explained),
-    )
+        return FaultResult(run, VIOLATED, (problem,), ())
+    outcome, violations, explained = json.loads(done.stdout)
+    return FaultResult(run, outcome, tuple(violations), tuple(explained))

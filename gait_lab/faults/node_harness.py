@@ -1,7 +1,7 @@
 """The nodes of one robot as processes, with a fault of one of them; runs in a process of its own.
 
 Command line: python -m gait_lab.faults.node_harness FAULT SEED ENGINE PLANT URDF
-The outcome goes to the standard output as JSON, with the fields of `NodeOutcome`.
+Outcome, violations and explanations, as in `FaultResult`, go to the standard output as JSON.
 """
 
 import json
@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import rclpy
@@ -24,7 +23,8 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from gait_lab.demo.node_processes import NodeProcesses, may_run_in_real_time, real_time_priority
-from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault, NodeOutcome, Rig
+from gait_lab.faults.campaign import STOPPED, VIOLATED, WENT_ON
+from gait_lab.faults.node_faults import NODE_FAULTS, NodeFault, Rig
 from gait_lab.soccer.player_nodes import player_parameters, referee_ports
 from robot_core.ros.patience import STALL
 from robot_core.ros.process import DomainClaim
@@ -43,6 +43,8 @@ WALK_SPEED = 0.1
 """[m/s] forward, commanded by this process where there is no player."""
 COMMAND_PERIOD = 0.1
 """[s] of wall time between two commands."""
+Outcome = tuple[str, list[str], list[str]]
+"""How a run ended, what must not happen, and what was said since the fault began."""
 
 
 class NodeHarness:
@@ -137,7 +139,7 @@ class NodeHarness:
 
     # -- the run -----------------------------------------------------------------------------------
 
-    def run(self) -> NodeOutcome:
+    def run(self) -> Outcome:
         """Start all nodes, inject the fault, watch to the end."""
         for start in self._starts.values():
             start()
@@ -170,7 +172,7 @@ class NodeHarness:
         twist.linear.x = WALK_SPEED
         self._velocity.publish(twist)
 
-    def _outcome(self, problem: str | None) -> NodeOutcome:
+    def _outcome(self, problem: str | None) -> Outcome:
         explained = list(self._warned)
         violations = [] if problem is None else [problem]
         for log in sorted(self._folder.glob("*.log")):
@@ -186,7 +188,8 @@ class NodeHarness:
         if not went_on and not any(map(self.fault.explained_by, explained)):
             said = "; ".join(dict.fromkeys(explained)) or "nothing"
             violations.append(f"silent stop: {self._state} at the end, warnings: {said}")
-        return NodeOutcome(went_on, tuple(violations), tuple(dict.fromkeys(explained)))
+        ended = WENT_ON if went_on else STOPPED
+        return VIOLATED if violations else ended, violations, list(dict.fromkeys(explained))
 
     # -- topics ------------------------------------------------------------------------------------
 
@@ -230,7 +233,7 @@ def main() -> None:
             harness = NodeHarness(
                 fault, nodes, node, Path(folder), domain.domain, int(seed), engine, plant, urdf
             )
-            outcome: Any = harness.run()
+            outcome = harness.run()
         rclpy.try_shutdown()
     json.dump(outcome, sys.stdout)
 

@@ -82,6 +82,7 @@ class GaitController:
 
     Attributes:
         parameters: The last requested ones; a walk applies them at its next support change.
+        reporter: Counts refused messages, faults and exceptions.
         last_status: Status of the last tick; None before the first.
     """
 
@@ -98,10 +99,10 @@ class GaitController:
         self._clock = clock
         self._gait = Gait(robot, parameters, period, motions, calibration)
         self._guard = TargetGuard(self._gait, robot, period)
-        self._reporter = Reporter(self._gait, period, clock)
-        self._intake = Intake(robot, period, self._reporter.say)
+        self.reporter = Reporter(self._gait, period, clock)
+        self._intake = Intake(robot, period, self.reporter.say)
         self._set_delay(parameters.feedback_delay)
-        self._supervisor = Supervisor(self._gait, settings, self._reporter.say)
+        self._supervisor = Supervisor(self._gait, settings, self.reporter.say)
         self.parameters = parameters
         self.last_status: GaitStatus | None = None
         self._refused: tuple[SensorFrame, Gaps] | None = None
@@ -120,26 +121,6 @@ class GaitController:
     def loads_file(self) -> bool:
         """A requested motion file is loaded; its motion is requested with a later message."""
         return self._supervisor.loads_file
-
-    @property
-    def rejected(self) -> Mapping[str, int]:
-        """Refused messages per topic."""
-        return self._reporter.rejected
-
-    @property
-    def faults(self) -> int:
-        """Ticks whose targets were held or clipped by the guard."""
-        return self._reporter.faults
-
-    @property
-    def unexpected(self) -> int:
-        """Exceptions other than NaoGaitError: mistakes of this program."""
-        return self._reporter.unexpected
-
-    @property
-    def crashes(self) -> list[str]:
-        """Why the first few ticks gave no usable targets."""
-        return self._reporter.crashes
 
     # -- messages ----------------------------------------------------------------------------------
 
@@ -168,17 +149,17 @@ class GaitController:
 
     def watch(self) -> Output:
         """Report sensors that are silent; to be called a few times per second."""
-        return self._output("watchdog", self._reporter.watch, [])
+        return self._output("watchdog", self.reporter.watch, [])
 
     def _output(
         self, topic: str, work: Callable[[], object], answers: list[Answer],
         effect: str = "; message ignored",
     ) -> Output:  # fmt: skip
-        self._reporter.attempt(topic, work, effect)
+        self.reporter.attempt(topic, work, effect)
         if self.loads_file:
-            self._reporter.attempt("~/motion", self._supervisor.request_loaded, "; message ignored")
+            self.reporter.attempt("~/motion", self._supervisor.request_loaded, "; message ignored")
         return Output(
-            tuple(answers), self._reporter.say.take_log(), self._supervisor.take_results()
+            tuple(answers), self.reporter.say.take_log(), self._supervisor.take_results()
         )
 
     def _take(self, message: Input, answers: list[Answer]) -> None:
@@ -190,7 +171,7 @@ class GaitController:
             taken = self._intake.joints(
                 message, now, walking=walking, tilt=self._tilt, driven=self._supervisor.drives
             )
-            self._reporter.joints_arrived(now, message.waited, repeated=taken.repeated)
+            self.reporter.joints_arrived(now, message.waited, repeated=taken.repeated)
             self._act_on(taken, answers)
         elif isinstance(message, ImuInput):
             upright = self._gait.state in UPRIGHT
@@ -244,7 +225,7 @@ class GaitController:
         end = self._clock()
         self._send(guarded)
         status = None if guarded.held else self._gait.status
-        self._reporter.ticked(begin, end, status)
+        self.reporter.ticked(begin, end, status)
         self._supervisor.follow(status)
         if status is None:
             return Answer(guarded.targets)
@@ -253,7 +234,7 @@ class GaitController:
 
     def _send(self, guarded: GuardedTargets) -> None:
         self._intake.sent(guarded.targets)
-        self._reporter.sent(guarded)
+        self.reporter.sent(guarded)
 
     @property
     def _tilt(self) -> tuple[float, float]:
@@ -277,7 +258,7 @@ class GaitController:
         except NaoGaitError as error:
             return False, str(error)
         except Exception as error:
-            return False, self._reporter.service_failed(error)
+            return False, self.reporter.service_failed(error)
 
     def note_motors(self, ready: bool) -> None:
         """Record whether the motors follow what is commanded; until then the robot stands."""
@@ -365,9 +346,9 @@ class GaitController:
             text = (
                 f"feedback_delay: {delay:g} s; robots walked safely with at most {DELAY_WALKED:g} s"
             )
-            self._reporter.say.begin(WALK, Level.WARN, "feedback_delay", text)
+            self.reporter.say.begin(WALK, Level.WARN, "feedback_delay", text)
         else:
-            self._reporter.say.end("feedback_delay", "feedback_delay is one that robots walk with")
+            self.reporter.say.end("feedback_delay", "feedback_delay is one that robots walk with")
 
     def _needing_restart(self, changed: GaitParameters) -> list[str]:
         return [n for n in NEEDS_RESET if getattr(self.parameters, n) != getattr(changed, n)]
@@ -376,12 +357,12 @@ class GaitController:
 
     def note_publishers(self, counts: PublisherCounts) -> None:
         """Report publishers that are one too many; to be called once per second."""
-        self._reporter.note_publishers(counts)
+        self.reporter.note_publishers(counts)
         if self._supervisor.note_gaits(counts.joint_command):
             self._intake.forget_wrong_joints()
 
     def reports(self) -> tuple[Report, ...]:
         """The reports since the last call; to be called once per second."""
-        return self._reporter.reports(
+        return self.reporter.reports(
             self.parameters, self._supervisor.velocity, self._intake.stamp, self._intake.missed
         )

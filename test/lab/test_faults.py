@@ -76,8 +76,8 @@ def test_without_a_fault_the_harness_walks_as_a_rollout_does_bit_by_bit() -> Non
             harness.step()
             truth = next(ticks).truth
             assert np.array_equal(harness.truth.joint_position, truth.joint_position), harness.tick
-    assert harness.gaits[0].controller.faults == 0
-    assert not harness.gaits[0].controller.rejected
+    assert harness.gaits[0].controller.reporter.faults == 0
+    assert not harness.gaits[0].controller.reporter.rejected
     assert harness.gaits[0].controller.state is GaitState.WALK
 
 
@@ -324,7 +324,7 @@ def test_the_gait_does_not_start_without_an_imu() -> None:
         harness.run(100)
         controller = harness.gaits[0].controller
         assert controller.last_status is None
-        assert controller.rejected["joint_states"] > 0
+        assert controller.reporter.rejected["joint_states"] > 0
 
 
 def test_a_stamp_far_from_zero_makes_no_difference() -> None:
@@ -365,7 +365,8 @@ class Clock:
 
 def gait(state: GaitState, unexpected: int = 0, crashes: Iterable[str] = ()) -> Any:
     """The part of a gait at which the invariants look."""
-    return SimpleNamespace(state=state, unexpected=unexpected, crashes=list(crashes))
+    reporter = SimpleNamespace(unexpected=unexpected, crashes=list(crashes))
+    return SimpleNamespace(state=state, reporter=reporter)
 
 
 def test_an_exception_or_a_crash_of_the_gait_is_a_violation() -> None:

@@ -64,7 +64,7 @@ def test_a_motion_file_that_cannot_be_read_is_one_line(name: str) -> None:
     output = controller.run("~/motion", lambda: controller.request_motion(name))
     while controller.loads_file:
         output = controller.watch()
-    assert controller.unexpected == 0
+    assert controller.reporter.unexpected == 0
     (line,) = output.log
     assert re.search(
         r"allowed: (a readable file|at most 1000 printable characters); message ignored$",

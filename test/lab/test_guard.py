@@ -58,7 +58,7 @@ def test_motions_one_after_the_other_with_a_turned_head(urdf: str) -> None:
             controller.request_motion(motion)
             asked.run(200)
             controller.look(None)
-    assert controller.faults == 0, controller.reports()
+    assert controller.reporter.faults == 0, controller.reports()
 
 
 @pytest.mark.parametrize("urdf", ROBOTS)
@@ -70,7 +70,7 @@ def test_getting_up_with_a_turned_head(urdf: str, start: str) -> None:
         asked.run(100)
         controller.get_up()
         until_it_stands(asked)
-    assert controller.faults == 0, controller.reports()
+    assert controller.reporter.faults == 0, controller.reports()
 
 
 @pytest.mark.parametrize("force", [(120.0, 0.0, 0.0), (-120.0, 0.0, 0.0), (0.0, 120.0, 0.0)])
@@ -91,7 +91,7 @@ def test_falling_while_walking_and_getting_up(force: tuple[float, float, float])
     places = np.array(poses)
     assert np.abs(np.diff(places[:, :2], axis=0)).max() < 0.02, "odom is continuous (REP-105)"
     assert np.abs(np.diff(np.unwrap(places[:, 2]))).max() < 0.1
-    assert controller.faults == 0, controller.reports()
+    assert controller.reporter.faults == 0, controller.reports()
 
 
 @pytest.mark.parametrize("doing", ["walk", "relaxed", "sit"])
@@ -107,4 +107,4 @@ def test_a_reset_of_the_robot(doing: str) -> None:
         asked.run(300)
         asked.reset_robot()
         asked.run(300)
-    assert controller.faults == 0, controller.reports()
+    assert controller.reporter.faults == 0, controller.reports()

@@ -139,7 +139,7 @@ def test_a_node_is_struck_once_and_comes_back_once_or_never(name: str, seed: int
     fault: NodeFault = NODE_FAULTS[name](np.random.default_rng(seed))
     nodes = Nodes()
     while nodes.now < fault.end:
-        fault.before_frame(nodes)
+        fault.before_frame(nodes)  # type: ignore[arg-type]
         nodes.now += 0.05
     if name == "none":
         assert nodes.done == []

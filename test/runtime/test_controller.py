@@ -207,7 +207,7 @@ def test_a_gait_that_cannot_go_on_restarts(relaxed: bool, monkeypatch: pytest.Mo
     sent = len(robot.sent)
     robot.tick(HELD_MAX + 5)
     assert len(robot.sent) == sent + HELD_MAX + 5, "every frame is answered"
-    assert len(robot.controller.crashes) == HELD_MAX
+    assert len(robot.controller.reporter.crashes) == HELD_MAX
     assert robot.controller.state is (GaitState.RELAXED if relaxed else GaitState.STAND)
     assert robot.controller.last_status is not None
     assert robot.reports()["walk"].level == Level.ERROR
@@ -218,7 +218,7 @@ def test_reports_do_not_grow_with_a_flood() -> None:
     robot.tick(2)
     for _ in range(5000):
         robot.drive(float("nan"))
-    assert robot.controller.rejected["cmd_vel"] == 5000
+    assert robot.controller.reporter.rejected["cmd_vel"] == 5000
     assert len(robot.reports()["commands"].message) < 1000
     assert len(robot.log) < 10
 
@@ -294,7 +294,7 @@ def test_a_stamp_from_which_nothing_continues_is_reported() -> None:
     right = robot.stamp
     robot.stamp += 900 * MS
     robot.send()
-    assert robot.controller.rejected["joint_states"] == 1
+    assert robot.controller.reporter.rejected["joint_states"] == 1
     robot.stamp = right
     robot.tick(100)
     assert len(robot.log) == 1
@@ -707,7 +707,7 @@ def hot_reports(robot: Robot) -> str:
 def test_a_temperature_that_is_no_number_is_refused() -> None:
     robot = Robot()
     heat(robot, "LKneePitch", float("nan"))
-    assert robot.controller.rejected["temperature"] == 1
+    assert robot.controller.reporter.rejected["temperature"] == 1
 
 
 def test_a_walk_goes_on_for_a_few_periods_without_sensors() -> None:
@@ -728,7 +728,7 @@ def test_a_walk_goes_on_for_a_few_periods_without_sensors() -> None:
     robot.tick()
     assert len(robot.sent) == sent + 1, "the frame that was late"
     assert robot.sent[-1].stamp == robot.stamp
-    assert (robot.controller.faults, robot.controller.unexpected) == (0, 0)
+    assert (robot.controller.reporter.faults, robot.controller.reporter.unexpected) == (0, 0)
 
 
 def test_joints_whose_imu_sample_is_overdue_are_used_without_it() -> None:
