@@ -7,7 +7,7 @@ out, so that it cannot reach a player; `torso_truth` reads it for a judge.
 import base64
 import binascii
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from rcss_bridge.sexpr import Expression, named, parse, write
@@ -278,24 +278,24 @@ def actions(
     Raises:
         NaoGaitError: A number is not finite, or the speech is too long.
     """
-    message: list[Sequence[object]] = []
+    parts = []
     for name, motor in motors.items():
         if not all(map(math.isfinite, motor)):
             raise NaoGaitError(name, tuple(motor), "finite numbers")
         q, dq, kp, kd, tau = motor
-        degrees = f"{math.degrees(q):.4f}", f"{math.degrees(dq):.4f}"
-        message.append((name, *degrees, f"{kp:.3f}", f"{kd:.3f}", f"{tau:.4f}"))
+        parts.append(
+            f"({name} {math.degrees(q):.4f} {math.degrees(dq):.4f} {kp:.3f} {kd:.3f} {tau:.4f})"
+        )
     if beam is not None:
         x, y, yaw = beam
         if not all(map(math.isfinite, beam)):
             raise NaoGaitError("beam", beam, "finite numbers")
-        message.append(("beam", f"{x:.3f}", f"{y:.3f}", f"{math.degrees(yaw):.2f}"))
+        parts.append(f"(beam {x:.3f} {y:.3f} {math.degrees(yaw):.2f})")
     if speech is not None:
         if not 0 < len(speech) <= SPEECH_MAX:
             raise NaoGaitError("speech", f"{len(speech)} bytes", f"1 to {SPEECH_MAX} bytes")
-        message.append(("SPK", "say", 100, base64.b64encode(speech).decode()))
-    message.append(("syn",))
-    return write(message)
+        parts.append(f"(SPK say 100 {base64.b64encode(speech).decode()})")
+    return ("".join(parts) + "(syn)").encode()
 
 
 # -- frames on the connection ----------------------------------------------------------------------

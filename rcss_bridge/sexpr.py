@@ -11,7 +11,7 @@ from robot_core.errors import NaoGaitError
 
 DEPTH_MAX = 16
 """Brackets within brackets; the server writes four."""
-_TOKEN = re.compile(rb"[()]|[^()\s]+")
+_TOKEN = re.compile(r"[()]|[^()\s]+", re.ASCII)
 _ATOM = re.compile(r"[^()\s]+")
 
 Expression = list[Any]
@@ -25,27 +25,28 @@ def parse(message: bytes) -> Expression:
         NaoGaitError: Its brackets do not match or are too deep, or it is not UTF-8.
     """
     try:
-        message.decode()
+        text = message.decode()
     except UnicodeDecodeError as error:
         raise _refused(message, f"UTF-8 ({error.reason})") from error
-    top: Expression = []
-    stack = [top]
-    for token in _TOKEN.findall(message):
-        if token == b"(":
+    inner: Expression = []
+    stack = [inner]
+    for token in _TOKEN.findall(text):
+        if token == "(":
             if len(stack) > DEPTH_MAX:
                 raise _refused(message, f"at most {DEPTH_MAX} brackets within each other")
-            inner: Expression = []
-            stack[-1].append(inner)
-            stack.append(inner)
-        elif token == b")":
+            stack.append([])
+            inner.append(stack[-1])
+            inner = stack[-1]
+        elif token == ")":
             if len(stack) == 1:
                 raise _refused(message, "matching brackets")
             stack.pop()
+            inner = stack[-1]
         else:
-            stack[-1].append(token.decode())
+            inner.append(token)
     if len(stack) > 1:
         raise _refused(message, "matching brackets")
-    return top
+    return inner
 
 
 def write(expressions: Sequence[Any]) -> bytes:

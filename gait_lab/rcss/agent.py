@@ -11,7 +11,8 @@ from rcss_bridge.landing import Landing
 from robot_core.robot import load_robot
 from robot_core.types import DOWN, GETTING_UP, Pose2, VelocityCommand
 
-BEAM_MODES = ("BeforeKickOff", "Goal_Left", "Goal_Right")
+BEFORE_KICK_OFF = "BeforeKickOff"
+BEAM_MODES = (BEFORE_KICK_OFF, "Goal_Left", "Goal_Right")
 """Play modes in which the server takes `beam`."""
 
 
@@ -30,6 +31,8 @@ class Agent:
 
     Attributes:
         player: What plays soccer; None = nobody.
+        falls: How often it has fallen.
+        get_ups: How often it has got up again.
     """
 
     def __init__(
@@ -49,7 +52,7 @@ class Agent:
         self.gait = Gait(robot, preset, CYCLE)
         self.landing = Landing(robot)
         self.percepts: Percepts | None = None
-        self.falls = 0
+        self.falls = self.get_ups = 0
         self._body = Body(server_robot, robot)
         self._team, self._start = team, start
         self._down = False
@@ -103,12 +106,14 @@ class Agent:
         if targets is None:
             if was_landing:
                 self.gait.reset()
+                self._down = False  # the referee has put it on its feet
                 if player is not None:
                     player.dropped(self._put)
                 self._put = None
             targets = self.gait.step(frame, command if player is None else player.command)
             down = self.gait.state in (*DOWN, GETTING_UP)
             self.falls += down and not self._down
+            self.get_ups += self._down and not down
             self._down = down
             if player is not None:
                 player.update(percepts, frame)

@@ -1,18 +1,23 @@
-"""Players on a server of the bench, all in this process: a team alone, or a match."""
+"""Players on a server of the bench: a robot alone in this process, or a match of two teams."""
 
 import math
+import multiprocessing
+import os
 import select
 import shlex
+import statistics
 import subprocess
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
 from typing import NamedTuple
 
 import numpy as np
 
-from gait_lab.rcss.agent import Agent
+from gait_lab.demo.node_processes import end_with_parent
+from gait_lab.rcss.agent import BEFORE_KICK_OFF, Agent
 from gait_lab.rcss.field import FIELD
 from gait_lab.rcss.game import HALF
 from gait_lab.rcss.server import Server
@@ -30,7 +35,7 @@ STANDS_WITHIN = 15.0
 LEAGUE_SIZE, FIFA_HALF = 7, 2700.0
 """Largest team by the league's rules; more play by FIFA's, whose halves last so long [s]."""
 COMES_WITHIN = 120.0
-"""[s] after which a kick-off does not wait for another team any longer."""
+"""[s] of wall time after which a kick-off does not wait for another team any longer."""
 
 
 class Member(NamedTuple):
@@ -44,50 +49,57 @@ class Member(NamedTuple):
 
 @dataclass
 class Account:
-    """What came of a game.
+    """What came of a game, for one team or both.
 
     Attributes:
         seconds: Played time [s].
         score: Goals of the left and the right team.
+        get_ups: How often a robot got up again.
         put_back: How often the referee put a robot beside the field.
         one_striker: Share of the time of all teams with exactly one striker.
         wall: Wall time [s].
+        server: Processor time [s] of the server.
         cpu: Processor time [s] of each player in each cycle.
+        ended: The referee has ended the half.
     """
 
     seconds: float = 0.0
     score: tuple[int, int] = (0, 0)
     falls: int = 0
+    get_ups: int = 0
     put_back: int = 0
-    one_striker: float = 0.0
+    one_striker: float = math.nan
     wall: float = 0.0
+    server: float = 0.0
     cpu: list[float] = field(default_factory=list)
     ended: bool = False
 
 
 class Squad(AbstractContextManager["Squad"]):
-    """All players of a server; use it as a context manager.
+    """Players of one team in this process; use it as a context manager.
 
     Args:
-        server: The server.
+        port: The server's.
         robot: What all of them are.
-        numbers: Numbers of the players of each team.
+        team: Name of their team.
+        numbers: Their numbers.
         exact: They play with percepts without errors, misses and delay.
 
     Attributes:
         robot: What all of them are.
         members: The players.
+        cpu: Processor time [s] of each answer.
+        percepts: The last ones of any player.
     """
 
     def __init__(
-        self, server: Server, robot: ServerRobot, numbers: Sequence[Sequence[int]], *, exact: bool
+        self, port: int, robot: ServerRobot, team: str, numbers: Sequence[int], *, exact: bool
     ) -> None:
         self.robot, self._exact = robot, exact
         self.members = [
-            Member(team, number, Client("127.0.0.1", server.port, robot.name, team, number),
+            Member(team, number, Client("127.0.0.1", port, robot.name, team, number),
                    self._agent(team, number))
-            for team, ones in zip(TEAMS, numbers, strict=False)
-            for number in ones
+            for number in numbers
         ]  # fmt: skip
         self.cpu: list[float] = []
         self.percepts: Percepts | None = None
@@ -99,6 +111,13 @@ class Squad(AbstractContextManager["Squad"]):
     def complete(self) -> bool:
         """All players are on the server."""
         return all(each.client.heard for each in self.members)
+
+    @property
+    def stands(self) -> bool:
+        """All players have been dropped and stand."""
+        return self.complete and all(
+            each.agent.landing.count and each.agent.stands for each in self.members
+        )
 
     def renew(self) -> None:
         """New players in place of the old ones, who forget all."""
@@ -173,6 +192,110 @@ class Guests(AbstractContextManager["Guests"]):
             process.wait()
 
 
+class TeamProcess(AbstractContextManager["TeamProcess"]):
+    """A team in a process of its own, so that the teams and the server work at the same time.
+
+    Args:
+        port: The server's.
+        robot: What all players are.
+        team: Name of the team.
+        count: Number of players.
+        begin: Play time [s] at which the game begins.
+        exact: They play with percepts without errors, misses and delay.
+    """
+
+    def __init__(
+        self, port: int, robot: ServerRobot, team: str, count: int, begin: float, *, exact: bool
+    ) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._team = team
+        self._connection, end = context.Pipe()
+        self._process = context.Process(
+            target=_team, args=(end, os.getpid(), port, robot, team, count, begin, exact)
+        )
+        self._process.start()
+        end.close()
+
+    def join(self) -> None:
+        """Let its players join, one after the other; return when they are on the field."""
+        self._connection.send("join")
+        self._said()
+
+    def wait(self) -> None:
+        """Return when all stand, or have had `STANDS_WITHIN` for it."""
+        self._said()
+
+    def account(self) -> Account:
+        """What came of the half for this team, once it is over."""
+        account = self._said()
+        assert isinstance(account, Account)
+        return account
+
+    def _said(self) -> object:
+        try:
+            said = self._connection.recv()
+        except (EOFError, OSError) as error:
+            raise NaoGaitError(self._team, "its process has ended", "a half to its end") from error
+        if isinstance(said, Exception):
+            raise said
+        return said
+
+    def __exit__(self, *_: object) -> None:
+        self._process.kill()
+        self._process.join()
+        self._connection.close()
+
+
+def _team(
+    parent: Connection, pid: int, port: int, robot: ServerRobot, team: str, count: int,
+    begin: float, exact: bool,
+) -> None:  # fmt: skip
+    """What the process of a team does; see `TeamProcess`."""
+    end_with_parent(pid)
+    with Squad(port, robot, team, range(1, count + 1), exact=exact) as squad:
+        parent.recv()
+        try:
+            while not squad.complete:
+                squad.cycle()
+            parent.send("joined")
+            for _ in range(round(STANDS_WITHIN / CYCLE)):
+                squad.cycle()
+                if squad.stands:
+                    break
+            parent.send("stands")
+            parent.send(_half(squad, begin))
+        except NaoGaitError as error:
+            parent.send(error)
+
+
+def _half(squad: Squad, begin: float) -> Account:
+    """Wait for the kick-off and play to the end of the half."""
+    account, members = Account(), squad.members
+    beams, ones, whole = 0, 0, 0
+    while not account.ended:
+        squad.cycle()
+        assert squad.percepts is not None
+        game = squad.percepts.game
+        if game.mode == BEFORE_KICK_OFF:
+            squad.cpu.clear()
+            beams = sum(each.agent.landing.count for each in members)
+            continue
+        if game.mode == "PlayOn":
+            roles = [_role(each) for each in members]
+            whole += 1
+            ones += roles.count(Role.STRIKER) == 1
+        account.ended = game.mode == "GameOver"
+        if not account.ended:
+            account.seconds, account.score = game.time - begin, game.score
+    account.falls = sum(each.agent.falls for each in members)
+    account.get_ups = sum(each.agent.get_ups for each in members)
+    drops = sum(each.agent.landing.count for each in members) - beams
+    account.put_back = drops - sum(account.score) * len(members)
+    account.one_striker = ones / whole if whole else math.nan
+    account.cpu = squad.cpu
+    return account
+
+
 def play(
     robot: ServerRobot,
     players: tuple[int, int],
@@ -196,55 +319,49 @@ def play(
         ServerGoneError: The server has ended.
         NaoGaitError: The command does not run, or its players do not come.
     """
-    account = Account()
     rules, whole_half = ("fifa", FIFA_HALF) if max(players) > LEAGUE_SIZE else ("ssim", HALF)
     begin = (half + 1) * whole_half - seconds
-    numbers = [range(1, count + 1) for count in (players[:1] if against else players)]
+    ours = players[:1] if against else players
     with (
         Server("--rules", rules, "--phase", str(half), "--time", f"{begin:g}") as server,
-        Squad(server, robot, numbers, exact=exact) as squad,
         ExitStack() as stack,
     ):
-        while not squad.members[0].client.heard:  # who comes first gets the left side
-            squad.cycle()
-        guests = Guests(against, server.port, players[1] if against else 0)
-        stack.enter_context(guests)
-        for _ in range(round((COMES_WITHIN if against else STANDS_WITHIN) / CYCLE)):
-            if not guests.complete:
-                break
-            squad.cycle()
-            if server.joined == sum(players) and squad.complete and all(
-                each.agent.landing.count and each.agent.stands for each in squad.members
-            ):
-                break
-        if against and server.joined < sum(players):
-            raise NaoGaitError("against", against, "a command whose players join the game")
-        squad.cpu.clear()
-        beams = sum(each.agent.landing.count for each in squad.members)
-        began, whole, ones = time.monotonic(), 0, 0
+        teams = [
+            stack.enter_context(
+                TeamProcess(server.port, robot, name, count, begin, exact=exact)
+            )
+            for name, count in zip(TEAMS, ours, strict=False)
+        ]
+        for team in teams:  # who comes first gets the left side
+            team.join()
+        if against:
+            guests = Guests(against, server.port, players[1])
+            stack.enter_context(guests)
+            until = time.monotonic() + COMES_WITHIN
+            while server.joined < sum(players):
+                if not guests.complete or time.monotonic() > until:
+                    allowed = "a command whose players join the game"
+                    raise NaoGaitError("against", against, allowed)
+                time.sleep(0.2)
+        for team in teams:
+            team.wait()
+        began, worked = time.monotonic(), server.cpu
         server.order("(kickOff Left)")
-        while True:
-            squad.cycle()
-            percepts = squad.percepts
-            assert percepts is not None
-            game = percepts.game
-            if game.mode == "GameOver":
-                account.ended = True
-                break
-            if game.mode == "PlayOn":
-                for team in {each.team for each in squad.members}:
-                    roles = [_role(each) for each in squad.members if each.team == team]
-                    whole += 1
-                    ones += roles.count(Role.STRIKER) == 1
-            account.seconds = game.time - begin
-            account.score = game.score
-        account.wall = time.monotonic() - began
-        account.falls = sum(each.agent.falls for each in squad.members)
-        drops = sum(each.agent.landing.count for each in squad.members) - beams
-        account.put_back = drops - sum(account.score) * len(squad.members)
-        account.one_striker = ones / whole if whole else math.nan
-        account.cpu = squad.cpu
-    return account
+        accounts = [team.account() for team in teams]
+        wall, worked = time.monotonic() - began, server.cpu - worked
+    strikers = [each.one_striker for each in accounts if each.one_striker == each.one_striker]
+    return Account(
+        seconds=accounts[0].seconds,
+        score=accounts[0].score,
+        falls=sum(each.falls for each in accounts),
+        get_ups=sum(each.get_ups for each in accounts),
+        put_back=sum(each.put_back for each in accounts),
+        one_striker=statistics.fmean(strikers) if strikers else math.nan,
+        wall=wall,
+        server=worked,
+        cpu=[time for each in accounts for time in each.cpu],
+        ended=all(each.ended for each in accounts),
+    )
 
 
 class Start(NamedTuple):
@@ -271,7 +388,7 @@ def alone(squad: Squad, server: Server, start: Start, limit: float) -> tuple[flo
     (member,) = squad.members
     for _ in range(round(STANDS_WITHIN / CYCLE)):
         squad.cycle()
-        if squad.complete and member.agent.landing.count and member.agent.stands:
+        if squad.stands:
             break
     # Out of the goal; then play begins with the ball where it is.
     for order in ("(ball (pos 0 0 0.11) (vel 0 0 0))", "(dropBall)"):

@@ -1,5 +1,6 @@
 """The server on this machine, in a Python environment of its own: it pins another MuJoCo."""
 
+import math
 import os
 import signal
 import socket
@@ -123,6 +124,15 @@ class Server:
     def joined(self) -> int:
         """How many players it has taken."""
         return self._log.read_text(errors="replace").count("joined the game")
+
+    @property
+    def cpu(self) -> float:
+        """Processor time [s] that it has used; NaN where there is no /proc."""
+        try:
+            words = Path(f"/proc/{self._process.pid}/stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            return math.nan
+        return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
     @property
     def last_words(self) -> str:

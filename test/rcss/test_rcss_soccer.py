@@ -12,7 +12,7 @@ from gait_lab.rcss.agent import Agent
 from gait_lab.rcss.eyes import ServerEyes
 from gait_lab.rcss.field import ServerField
 from gait_lab.rcss.game import game_state, mode_of
-from gait_lab.rcss.match import play, starts
+from gait_lab.rcss.match import TeamProcess, play, starts
 from gait_lab.rcss.server import is_installed
 from gait_lab.rcss.speech import pack, unpack
 from nao_lipm_gait import load_robot
@@ -261,4 +261,14 @@ def test_the_real_server_plays_the_end_of_a_half():
     account = play(SERVER_K1, (1, 1), 6.0, exact=True)
     assert account.ended
     assert account.seconds == pytest.approx(6.0, abs=0.1)
-    assert account.falls == account.put_back == 0
+    assert account.falls == account.get_ups == account.put_back == 0
+    assert len(account.cpu) == 2 * round(account.seconds / 0.02) + 2 * account.ended
+    assert account.server > 0.0
+
+
+def test_a_team_that_finds_no_server_says_so():
+    with (
+        TeamProcess(1, SERVER_K1, "left_team", 1, 0.0, exact=True) as team,
+        pytest.raises(NaoGaitError, match="server"),
+    ):
+        team.join()

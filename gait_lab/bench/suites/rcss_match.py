@@ -7,6 +7,7 @@ from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row
 from gait_lab.bench.suite import suite
 from gait_lab.bench.suites.rcss import ROBOT_OF, check_robot, server_rows
+from rcss_bridge.body import CYCLE
 
 LIMIT = 90.0
 """[s] within which a robot alone has to score."""
@@ -32,14 +33,14 @@ LIMIT = 90.0
 )  # fmt: skip
 def rcss_match(options: Options) -> Iterator[Row | str]:
     """A robot alone from some starts, then a match of our team against itself."""
-    from gait_lab.rcss.match import Squad, alone, play, starts
+    from gait_lab.rcss.match import TEAMS, Squad, alone, play, starts
     from gait_lab.rcss.server import Server
 
     robot = ROBOT_OF[options.urdf]
     if options.alone:
         with (
             Server("--rules", "fifa") as server,  # which has the longer half
-            Squad(server, robot, [[2]], exact=options.exact) as squad,
+            Squad(server.port, robot, TEAMS[0], [2], exact=options.exact) as squad,
         ):
             found = [
                 alone(squad, server, start, LIMIT) for start in starts(options.alone, 27.5)
@@ -69,15 +70,17 @@ def rcss_match(options: Options) -> Iterator[Row | str]:
             ("left", "goals", float(sum(each.score[0] for each in played))),
             ("right", "goals", float(sum(each.score[1] for each in played))),
             ("falls", "1/min", sum(each.falls for each in played) / minutes),
+            ("get_ups", "1/min", sum(each.get_ups for each in played) / minutes),
             ("put_back", "1/min", sum(each.put_back for each in played) / minutes),
             ("one_striker", "%", 100.0 * statistics.fmean(each.one_striker for each in played)),
             ("real_time", "", seconds / sum(each.wall for each in played)),
             ("cycle_p50", "ms", 1e3 * cpu),
+            ("server", "ms", 1e3 * CYCLE * sum(each.server for each in played) / seconds),
         )
     yield (
         f"{robot.name}, percepts {'exact' if options.exact else 'by the model'}. alone: ball 3 to "
         "8 m from the goal, robot 1 to 3 m from the ball, in any direction and not told where; "
-        f"goal within {LIMIT:g} s. match: left is ours; falls and put-backs for each of our "
-        "robots and minute; all of ours in one process, with a server that does not wait for real "
-        "time."
+        f"goal within {LIMIT:g} s. match: left is ours; falls, get-ups and put-backs for each "
+        "of our robots and minute; a process for each team of ours and one for the server, which "
+        "does not wait for real time. server: its processor time of a cycle, physics and messages."
     )
