@@ -218,7 +218,8 @@ class StateEstimator:
         if not feet_free:
             self._update_odometry(expected, sole, other, level, rate, settled)
             return
-        if state is not MOTION:
+        # A kick turns the robot on its foot, which only a yaw gyro sees.
+        if state is not MOTION or self._has_yaw_gyro:
             up = self.orientation.up_in_torso
             self.odometry.hold(self._off_feet.update(up, rate, gyro_dt))
         self._yaw_over_sole.interrupt()

@@ -56,6 +56,19 @@ def test_stand_motion_stand(library: MotionLibrary) -> None:
     assert nao.gait.status.motion == ""
 
 
+@pytest.mark.parametrize(("name", "turned"), [("nao_h21_v33", 0.0), ("nao_v6", 0.2)])
+def test_a_yaw_gyro_sees_that_a_kick_turns_the_robot(name: str, turned: float) -> None:
+    nao = ObedientRobot(load_robot(name), PARAMETERS)
+    nao.run(1.0)
+    nao.gait.request_motion("kick_front_right")
+    nao.run(0.5)
+    nao.rate = (0.0, 0.0, 0.2)
+    nao.run(1.0)
+    nao.rate = (0.0, 0.0, 0.0)
+    assert nao.states(4.0) == [GaitState.MOTION, GaitState.STAND]
+    assert nao.gait.status.base_footprint_in_odom[2] == pytest.approx(turned, abs=0.01)
+
+
 def test_a_walk_stops_for_a_motion_and_goes_on_without_a_jump(library: MotionLibrary) -> None:
     nao = obedient(library)
     nao.run(1.0)
