@@ -30,6 +30,7 @@ class Agent:
         exact: It plays with percepts without errors, misses and delay.
 
     Attributes:
+        robot: Its description.
         player: What plays soccer; None = nobody.
         falls: How often it has fallen.
         get_ups: How often it has got up again.
@@ -46,7 +47,7 @@ class Agent:
         field: str = "",
         exact: bool = False,
     ) -> None:
-        robot = load_robot(server_robot.robot)
+        self.robot = robot = load_robot(server_robot.robot)
         if preset == DEFAULT:
             preset = f"{robot.name}_rcss"
         self.gait = Gait(robot, preset, CYCLE)

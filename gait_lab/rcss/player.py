@@ -15,14 +15,15 @@ from gait_lab.soccer.gait_orders import GaitOrders
 from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.presets import DEFAULT
+from nao_soccer.behavior.ball_plan import Planner, PlanSettings
+from nao_soccer.behavior.kicks import kicks_of
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.situation import Body
 from nao_soccer.behavior.walking import WalkLimits
-from nao_soccer.game_state import GameState, Phase
+from nao_soccer.game_state import GameState
 from nao_soccer.player import Identity, Player
 from nao_soccer.team.message import decode
 from nao_soccer.world.settings import WorldSettings
-from nao_soccer.world.state import TeamMate
 from rcss_bridge.codec import Percepts
 from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription
@@ -32,10 +33,15 @@ DECIDES, LOOKS = 2, 4
 """Cycles between two decisions, and between two images that are used."""
 FREE_DISTANCE = 0.5
 """[m] farther from the ball of a set play than the rule wants."""
-AT_BALL = 1.0
-"""[m] from the ball, at which a player is taken for who has touched it."""
-BARRED = 20.0
-"""[s] for which the taker of a set play leaves the ball to a team mate: nobody touches it twice."""
+BEHIND_BALL = 0.25
+"""[m] of a NAO, from the ball of an own set play to whoever waits for it."""
+WAITED_FOR = "kickoff", "kickin", "corner_kick", "free_kick", "direct_free_kick"
+"""Own set plays that nobody takes: whoever did could not touch the ball again before somebody else.
+When their time is over, the ball is free, and the other team still far from it."""
+PLANS = PlanSettings(dribble_speed=0.1, past=5.0)
+"""Among opponents a dribbled ball hardly gets on; a kick goes past those in its way."""
+PACE = 1.2
+"""Share of a NAO's speeds that is asked for: the field is large, the floor even and hard."""
 TEAM_SIZE = 11
 UNSEEN = 40.0
 """[s] for which odometry is enough: the landmarks are up to 20 m apart."""
@@ -74,15 +80,17 @@ class ServerPlayer:
         self._gait, self._size = gait, robot.size
         self._team, self._number = team, number
         self._field = ServerField(field, self._size)
+        ground, goals, limits = self._field.field, self._field.goals, walk_limits(gait)
+        kicks = kicks_of(f"{robot.motions}_rcss")
         self.player = Player(
             Identity(0, number, TEAM_SIZE),
             robot,
             WorldSettings(
-                field=self._field.field, goals=self._field.goals, poles=self._field.poles,
-                seed=number, unseen=UNSEEN,
+                field=ground, goals=goals, poles=self._field.poles, seed=number, unseen=UNSEEN
             ),
-            limits=walk_limits(gait),
-        )  # fmt: skip
+            limits=limits,
+            planner=Planner(kicks, limits, ground, goals, PLANS),
+        )
         self._orders = GaitOrders(gait, self._size, BALL)
         self._eyes = ServerEyes(robot, self._field, team, number, exact=exact)
         self.command: VelocityCommand = STANDSTILL
@@ -92,7 +100,6 @@ class ServerPlayer:
         self._mode = Mode("", None)
         self._counts: dict[int, int] = {}
         self._cycle = 0
-        self._barred_since = -math.inf
         self._put: tuple[Pose2, ...] = ()
         self._joined = False
 
@@ -110,14 +117,11 @@ class ServerPlayer:
             self._put = (self._field.spawn(self._number, right),)
         if mode == self._mode:
             return
-        before, self._mode = self._mode, mode
+        self._mode = mode
         if mode.puts_back:
             conceded = mode.name == GOAL and not mode.ours
             x, y, yaw = self._field.start(self._number, kicks_off=conceded)
             self.start = self._size * x, self._size * y, yaw
-        taken = before.ours and before.name not in (GOAL, "goal_kick") and mode.name == "playon"
-        if taken and self._mates and self._ball_distance < AT_BALL:
-            self._barred_since = percepts.time
 
     def dropped(self, pose: Pose2 | None) -> None:
         """The robot has landed: at a pose [m] in the field of its team, or beside the field."""
@@ -174,26 +178,9 @@ class ServerPlayer:
         circle = self._field.field.circle_diameter / 2.0
         keep = circle + FREE_DISTANCE / self._size
         game = game_state(percepts.game, self._team, self._number, keep)
-        if game.phase is not Phase.PLAYING or self._mode.name != "playon":
-            return game
-        barred = percepts.time - self._barred_since < BARRED
-        if barred and any(self._is_at_ball(mate.pose[:2]) for mate in self._mates):
-            self._barred_since = -math.inf
-        return replace(game, stopped=barred)
-
-    @property
-    def _mates(self) -> tuple[TeamMate, ...]:
-        return () if self.decision is None else self.decision.world.mates
-
-    @property
-    def _ball_distance(self) -> float:
-        """[m] to the ball, by the last decision."""
-        ball = None if self.decision is None else self.decision.world.ball
-        return math.inf if ball is None else self._size * math.hypot(*ball.position)
-
-    def _is_at_ball(self, place: tuple[float, float]) -> bool:
-        ball = None if self.decision is None else self.decision.world.ball
-        return ball is not None and self._size * math.dist(ball.position_in_field, place) < AT_BALL
+        if self._mode.ours and self._mode.name in WAITED_FOR:
+            return replace(game, own_kick=False, ball_distance=BEHIND_BALL)
+        return game
 
 
 def walk_limits(gait: Gait) -> WalkLimits:
@@ -202,7 +189,7 @@ def walk_limits(gait: Gait) -> WalkLimits:
     They are a NAO's, in proportion to the steps of the robot, which take longer if it is larger.
     """
     nao, own, limits = load_preset(DEFAULT), gait.parameters, WalkLimits()
-    pace = 1.0 / math.sqrt(gait.robot.size)
+    pace = PACE / math.sqrt(gait.robot.size)
     return WalkLimits(**{
         name: pace * getattr(limits, name) * getattr(own, step) / getattr(nao, step)
         for name, step in _STEPS.items()

@@ -7,12 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from gait_lab.rcss.agent import Agent
+from gait_lab.rcss.eyes import IMAGE
+from gait_lab.rcss.field import BALL
 from rcss_bridge.body import CYCLE
 from rcss_bridge.client import Client
 from rcss_bridge.codec import torso_truth
 from robot_core.errors import NaoGaitError
-from robot_core.geometry import rotate_each
-from robot_core.types import STAND, STANDSTILL, FloatArray, Pose2, VelocityCommand
+from robot_core.geometry import compose, rotate_each, yaw_of_quaternion
+from robot_core.robot.camera import CameraModel
+from robot_core.types import STAND, STANDSTILL, FloatArray, Point2, Pose2, VelocityCommand
 from sim_bridge.trials.tasks import AXES, Task
 
 START: Pose2 = (-12.0, 0.0, 0.0)
@@ -21,6 +24,8 @@ LANDS_WITHIN = 8.0
 """[s] after a beam; a robot that does not stand then has fallen."""
 STANDS_AFTER = 0.5
 """[s] for which a robot has to stand before it counts as up."""
+KICK_TIME = 12.0
+"""[s] after which a kicked ball has come to rest."""
 GIVEN_UP_AFTER = 40.0
 """[s] after which a robot that lies is not waited for."""
 NO_ANSWER = b"(syn)"
@@ -96,7 +101,7 @@ def walk(client: Client, agent: Agent, task: Task, wait: float) -> ServerWalk:
         if count * CYCLE >= task.start:
             (x, y, _), (qw, qx, qy, qz) = torso_truth(message)
             places.append((x, y))
-            yaws.append(math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
+            yaws.append(yaw_of_quaternion(qx, qy, qz, qw))
     return ServerWalk(False, _mean_velocity(np.array(places), np.unwrap(yaws)))
 
 
@@ -141,6 +146,72 @@ def gets_up(client: Client, agent: Agent, place: Callable[[], None]) -> float:
         return lies
 
     return _stands(client, agent, GIVEN_UP_AFTER, has_lain)
+
+
+class ServerKick(NamedTuple):
+    """A kick of a standing robot.
+
+    Attributes:
+        fell: It fell, or never stood.
+        distance: [m] from the robot's camera to the ball, along the ground.
+        direction: [rad] of the ball, counter-clockwise from the robot's heading.
+    """
+
+    fell: bool
+    distance: float
+    direction: float
+
+
+def kick(
+    client: Client, agent: Agent, motion: str, spot: Point2, place: Callable[[], None],
+    lay: Callable[[float, float], None],
+) -> ServerKick:  # fmt: skip
+    """Be dropped by `place`, and kick a ball that `lay` puts before the standing robot.
+
+    Args:
+        client: The robot's.
+        agent: The robot.
+        motion: The kick.
+        spot: Of the ball, x, y [m] in base_footprint.
+        place: Drops the robot.
+        lay: Puts the ball somewhere on the field, x, y [m].
+
+    Raises:
+        ServerGoneError: The server has ended.
+    """
+    falls, drops = agent.falls, agent.landing.count
+    place()
+    _stands(client, agent, LANDS_WITHIN, lambda: agent.landing.count > drops)
+    message = _cycles(client, agent, STANDS_AFTER)
+    (x, y, _), (qw, qx, qy, qz) = torso_truth(message)
+    yaw = yaw_of_quaternion(qx, qy, qz, qw)
+    torso_x, torso_y, torso_height = agent.gait.torso_pose[:3]
+    x, y, _ = compose((x, y, yaw), (spot[0] - torso_x, spot[1] - torso_y, 0.0))
+    lay(x, y)
+    _cycles(client, agent, STANDS_AFTER)
+    agent.gait.request_motion(motion)
+    _cycles(client, agent, KICK_TIME)
+    percepts = agent.percepts
+    while percepts is None or percepts.sight is None:
+        _cycles(client, agent, CYCLE)
+        percepts = agent.percepts
+    ball = percepts.sight.ball
+    if ball is None or agent.falls > falls:
+        return ServerKick(True, math.nan, math.nan)
+    robot = agent.robot
+    camera = CameraModel(robot, next(iter(robot.cameras)), IMAGE).in_torso(robot.stand_pose)
+    height = torso_height + float(camera.position[2]) - BALL
+    away = math.sqrt(max(0.0, ball.distance**2 - height**2))
+    return ServerKick(False, away, ball.azimuth)
+
+
+def _cycles(client: Client, agent: Agent, seconds: float) -> bytes:
+    """Stand for some time [s]; the last message."""
+    message = b""
+    for _ in range(round(seconds / CYCLE)):
+        message = client.receive()
+        client.send(agent.cycle(message, STANDSTILL))
+    return message
 
 
 def _stands(client: Client, agent: Agent, limit: float, begun: Callable[[], bool]) -> float:

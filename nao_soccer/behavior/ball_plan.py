@@ -43,8 +43,6 @@ DRIBBLE_STEP = 0.5
 """[m] over which a dribble is compared with kicks; a robot that is nearer stops the ball."""
 NO_TIME = 0.7
 """[m] from another robot to the ball, below which a robot that walks does not begin to kick."""
-NEAR_ROBOT = 1.0
-"""[m] from the ball to a robot that the ball may have to pass."""
 PAST = 0.1
 """[rad] by which the ball's way leads past a robot."""
 BACKWARDS = -0.2
@@ -67,6 +65,9 @@ class PlanSettings(Settings):
         15.0, 0.0, 60.0, "s", "To bring the ball past a robot that blocks its way."
     )
     keep: float = number(2.0, 0.0, 30.0, "s", "By how much another plan has to be faster.")
+    past: float = number(
+        1.0, 0.0, 20.0, "m", "From the ball to a robot in its way, up to which ways past it count."
+    )
     orbit: float = number(0.28, 0.1, 1.0, "m", "Radius of the way around the ball.")
     robot_radius: float = number(0.16, 0.05, 0.5, "m", "Radius of a robot in the ball's way.")
 
@@ -254,12 +255,13 @@ class Planner:
         things = [*things, *posts]
         aim, room = self._aim(ball, things)
         ways = [_Way(aim, math.inf if room > 0.0 else _free(ball, aim, things))]
-        if ways[0].free > NEAR_ROBOT:
+        near = self.settings.past
+        if ways[0].free > near:
             return ways
         for x, y in robots:
             dx, dy = x - ball[0], y - ball[1]
             gap = math.hypot(dx, dy)
-            if 0.0 < gap < NEAR_ROBOT:
+            if 0.0 < gap < near:
                 past = math.asin(min(1.0, self.settings.robot_radius / gap)) + PAST
                 for side in SIDES:
                     direction = math.remainder(math.atan2(dy, dx) + side * past, math.tau)

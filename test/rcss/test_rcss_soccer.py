@@ -13,9 +13,13 @@ from gait_lab.rcss.eyes import ServerEyes
 from gait_lab.rcss.field import ServerField
 from gait_lab.rcss.game import game_state, mode_of
 from gait_lab.rcss.match import TeamProcess, play, starts
+from gait_lab.rcss.player import PLANS
 from gait_lab.rcss.server import is_installed
 from gait_lab.rcss.speech import pack, unpack
 from nao_lipm_gait import load_robot
+from nao_soccer.behavior.ball_plan import Planner
+from nao_soccer.behavior.kicks import kicks_of
+from nao_soccer.behavior.walking import WalkLimits
 from nao_soccer.game_state import Phase, Role, SetPlay
 from nao_soccer.team.message import BallMessage, TeamMessage
 from nao_soccer.vision.percepts import Kind
@@ -221,6 +225,27 @@ def test_a_player_takes_its_place_waits_and_goes_to_the_ball(field: ServerField)
     assert agent.player.command == STANDSTILL
 
 
+@pytest.mark.parametrize(
+    ("mode", "waits"),
+    [
+        ("KickOff_Left", True), ("KickIn_Left", True), ("free_kick_left", True),
+        ("goal_kick_left", False), ("PlayOn", False),
+    ],
+)  # fmt: skip
+def test_whoever_may_touch_a_ball_once_waits_behind_it(
+    mode: str, waits: bool, field: ServerField
+):
+    agent = Agent(SERVER_K1, "ours", number=2, field="fifa7vs7", exact=True)
+    for each in messages(mode, 60, 0, field):
+        agent.cycle(each, STANDSTILL)
+    player = agent.player
+    assert player is not None and player.decision is not None
+    assert player.player.role is Role.STRIKER
+    assert player.command.x > 0.1, "it goes to the ball in any case"
+    assert ("wait" in [each.state for each in player.decision.path]) is waits
+    assert player.player.game.ball_distance < 0.5 or not waits
+
+
 def test_in_the_second_half_it_plays_on_the_other_side(field: ServerField):
     agent = Agent(SERVER_K1, "theirs", number=2, field="fifa7vs7", exact=True)
     assert agent.player is not None
@@ -241,6 +266,16 @@ def test_after_a_goal_all_go_back_to_their_places(field: ServerField):
     ]
     x = float(answer.split(b"(beam ")[1].split()[0])
     assert -1.5 < x < 0.0, "the team that kicks off stands at the ball"
+
+
+def test_a_kick_goes_past_a_robot_that_is_far_in_its_way(field: ServerField):
+    limits, own, ball, robot = WalkLimits(), (-0.4, 0.0, 0.0), (0.0, 0.0), (3.0, 0.0)
+    kicks = kicks_of("booster_k1_rcss")
+    planner = Planner(kicks, limits, field.field, field.goals, PLANS)
+    free, past = planner.choose(own, ball), planner.choose(own, ball, [robot])
+    assert not free.dribbles and not past.dribbles
+    assert abs(free.direction) < 0.05 < abs(past.direction) < 0.3
+    assert kicks_of("booster_t1_rcss").kicks == (), "only a K1 has kicks there"
 
 
 # -- matches of the bench --------------------------------------------------------------------------

@@ -10,7 +10,9 @@ import numpy as np
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
+from gait_lab.rcss.field import BALL
 from gait_lab.rcss.server import VERSION, Server
+from nao_soccer.behavior.kicks import kicks_of
 from rcss_bridge.joints import ROBOTS
 from robot_core.errors import NaoGaitError
 from robot_core.types import VelocityCommand
@@ -31,6 +33,8 @@ LIES_AT = 0.2
 """[m] of the torso of a robot that is laid down."""
 GETS_UP_WITHIN = 8.0
 """[s] for a get-up."""
+PLACEMENT = 0.03
+"""[m] by which a ball before a kick lies beside its place, at most, in x and in y."""
 WANDERS = 4.0
 """[s] of random commands before a drop."""
 
@@ -43,6 +47,8 @@ WANDERS = 4.0
         "starts": Option(3, "starts of each task", "N", minimum=0, maximum=1000),
         "drops": Option(0, "drops without warning, on the way", "N", minimum=0, maximum=1000),
         "getups": Option(0, "get-ups from either side", "N", minimum=0, maximum=1000),
+        "kicks": Option(0, "kicks of each kind that the robot plays with there", "N", minimum=0,
+                        maximum=1000),
         "minutes": Option(0.0, "minutes of random commands", "M", minimum=0.0, maximum=600.0),
         "late": Option(0.0, "share of the answers that come a cycle late", "SHARE", minimum=0.0,
                        maximum=0.9),
@@ -57,7 +63,7 @@ def rcss(options: Options) -> Iterator[Row | str]:
     The largest random commands are the speeds of the tasks.
     """
     from gait_lab.rcss.agent import Agent
-    from gait_lab.rcss.trial import START, LateClient, gets_up, lands, walk, wander
+    from gait_lab.rcss.trial import START, LateClient, gets_up, kick, lands, walk, wander
 
     robot = ROBOT_OF[options.urdf]
     random = np.random.default_rng(options.seed)
@@ -68,6 +74,9 @@ def rcss(options: Options) -> Iterator[Row | str]:
     def place(height: float, pitch: float) -> None:
         pose = (*START[:2], height, 0.0, pitch, random.uniform(-math.pi, math.pi))
         server.place(TEAM, NUMBER, pose)
+
+    def lay(x: float, y: float) -> None:
+        server.order(f"(ball (pos {x:.3f} {y:.3f} {BALL}) (vel 0 0 0))")
 
     with (
         Server() as server,
@@ -106,6 +115,28 @@ def rcss(options: Options) -> Iterator[Row | str]:
                     ("up", "get-ups", sum(each == each for each in times)),
                     ("median", "s", statistics.median(times)),
                 )
+        kicks = kicks_of(f"{options.urdf}_rcss").kicks if options.kicks else ()
+        for each in kicks:
+            agent = Agent(robot, TEAM)
+            spots = agent.robot.size * np.array(each.spot) + random.uniform(
+                -PLACEMENT, PLACEMENT, (options.kicks, 2)
+            )
+            found = [
+                kick(client, agent, each.motion, (x, y), lambda: place(robot.drop_height, 0.0), lay)
+                for x, y in spots.tolist()
+            ]
+            stood = [one for one in found if not one.fell]
+            reach = [one.distance for one in stood]
+            turns = [math.degrees(one.direction) for one in stood]
+            yield from server_rows(
+                each.motion,
+                ("tried", "kicks", len(found)),
+                ("stood", "kicks", len(stood)),
+                ("distance", "m", statistics.fmean(reach)),
+                ("distance_spread", "m", statistics.pstdev(reach)),
+                ("direction", "deg", statistics.fmean(turns)),
+                ("direction_spread", "deg", statistics.pstdev(turns)),
+            )
         if options.minutes:
             agent = Agent(robot, TEAM)
             place(robot.drop_height, 0.0)
@@ -119,7 +150,8 @@ def rcss(options: Options) -> Iterator[Row | str]:
         + f". Each walk begins with a new gait and a drop; each start waits {LATER:g} s "
         f"longer than the one before. Speeds over {options.window:g} s by the server's truth; "
         "worst: the slowest start; a task counts only if no start fell. drop: between random "
-        f"commands, without warning. getup: within {GETS_UP_WITHIN:g} s of lying."
+        f"commands, without warning. getup: within {GETS_UP_WITHIN:g} s of lying. kick: a ball up "
+        f"to {100.0 * PLACEMENT:g} cm in x and y beside its place; distance from the robot."
     )
 
 
