@@ -239,7 +239,8 @@ def test_whoever_may_touch_a_ball_once_waits_behind_it(
     for each in messages(mode, 60, 0, field):
         agent.cycle(each, STANDSTILL)
     player = agent.player
-    assert player is not None and player.decision is not None
+    assert player is not None
+    assert player.decision is not None
     assert player.player.role is Role.STRIKER
     assert player.command.x > 0.1, "it goes to the ball in any case"
     assert ("wait" in [each.state for each in player.decision.path]) is waits
@@ -273,7 +274,8 @@ def test_a_kick_goes_past_a_robot_that_is_far_in_its_way(field: ServerField):
     kicks = kicks_of("booster_k1_rcss")
     planner = Planner(kicks, limits, field.field, field.goals, PLANS)
     free, past = planner.choose(own, ball), planner.choose(own, ball, [robot])
-    assert not free.dribbles and not past.dribbles
+    assert not free.dribbles
+    assert not past.dribbles
     assert abs(free.direction) < 0.05 < abs(past.direction) < 0.3
     assert kicks_of("booster_t1_rcss").kicks == (), "only a K1 has kicks there"
 
