@@ -13,13 +13,19 @@ from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE, accept_
 from nao_lipm_gait import __version__
 from robot_core.errors import NaoGaitError, one_line
 from robot_core.ros.executable import import_advice, sourced_ros
+from robot_core.schema import Choice, Number, Text
 from sim_bridge.trials.compiled import check_fresh
 
 _NAO = "nao_h21_v33"
+_WHOLE = Number(whole=True)
+_PORT = Number(1, 65535, whole=True)
+_TEAM = Text(pattern=r"[\w!-'*-~]{1,40}",
+             description="1 to 40 characters without spaces and brackets")  # fmt: skip
+_SECONDS = Number(1e-3, 1e9, "s")
 _NAMESPACE = argument("--namespace", default="", metavar="NS", help="namespace of the robot")
 _STAMPED = argument("--stamped", action="store_true", help="send TwistStamped")
 _CHECK = argument("--check", action="store_true", help="only compare; status 1 if a file differs")
-_JOBS = argument("--jobs", type=int, metavar="N", help="processes (all cores)")
+_JOBS = argument("--jobs", kind=_WHOLE, metavar="N", help="processes (all cores)")
 _ROBOT = argument("--robot", "--urdf", default=_NAO, metavar="NAME", dest="urdf",
                   help=f"shipped robot ({{urdf}}), or a URDF, MJCF or robot file ({_NAO})",
                   )  # fmt: skip
@@ -27,8 +33,9 @@ _FAST = argument("--fast", group="pace", action="store_false", dest="real_time",
                  help="in lockstep, as fast as the machine can (default)")  # fmt: skip
 _REAL_TIME = argument("--real-time", group="pace", action="store_true",
                       help="in real time, not in lockstep")  # fmt: skip
-_RENDERS = argument("--engine", default="mujoco", choices=("mujoco", "pybullet"),
-                    help="renders a scene (mujoco)")  # fmt: skip
+_ENGINE = Choice(("mujoco", "pybullet"))
+_RENDERS = argument("--engine", default="mujoco", kind=_ENGINE, metavar="E",
+                    help="renders a scene: mujoco (default) or pybullet")  # fmt: skip
 _MOTION = argument("path", type=Path, metavar="FILE", help="motion file (.yaml)")
 
 _DEMO = (
@@ -38,15 +45,15 @@ _DEMO = (
              help="a window with the robot, in real time"),
     _FAST,
     _REAL_TIME,
-    argument("--out", type=Path, default=Path("out/demo"), metavar="DIR",
+    argument("--out", writes="folder", default=Path("out/demo"), metavar="DIR",
              help="bag, table and figures (out/demo)"),
     argument("--tour", default="full", metavar="NAME", help="full (default) or short"),
-    argument("--robot-seed", type=int, default=0, metavar="S",
+    argument("--robot-seed", kind=Number(-1, 2**31 - 1, whole=True), default=0, metavar="S",
              help="the individual (0); -1 is the nominal robot"),
     _ROBOT,
     argument("--plant", default="reference", metavar="P",
              help="shipped name ({plants}) or YAML file (reference)"),
-    argument("--engine", default="", metavar="E",
+    argument("--engine", kind=_ENGINE, metavar="E",
              help="physics engine: pybullet (default), or mujoco (default where motors give way)"),
     argument("--preset", default="default", metavar="NAME",
              help="shipped name ({gait}) or YAML file; default is the robot's own"),
@@ -54,40 +61,42 @@ _DEMO = (
 _MATCH = (
     argument("--scene", default="pitch_small", metavar="S",
              help="shipped scene ({scenes}) or YAML file (pitch_small)"),
-    argument("--robots", type=int, metavar="N", help="robots in each team (as in the scene)"),
-    argument("--minutes", type=float, default=2.0, metavar="M",
+    argument("--robots", kind=_WHOLE, metavar="N", help="robots in each team (as in the scene)"),
+    argument("--minutes", kind=Number(), default=2.0, metavar="M",
              help="simulated minutes of a half (2); with rendered images 2 take about 20 real "
              "minutes on two cores"),
     _FAST,
     _REAL_TIME,
-    argument("--vision", choices=("camera", "model"), default="camera",
-             help="rendered images over ROS 2 (default), or percepts with the errors that were "
-             "measured on images, in one process"),
+    argument("--vision", kind=Choice(("camera", "model")), default="camera", metavar="V",
+             help="camera: rendered images over ROS 2 (default); model: percepts with the errors "
+             "that were measured on images, in one process"),
     argument("--composed", action="store_true",
              help="over ROS 2: gait, vision and player of a robot in one process, which takes "
              "less time"),
-    argument("--eyes", type=int, metavar="N",
+    argument("--eyes", kind=_WHOLE, metavar="N",
              help="rendered images without ROS 2: one process plays, N further ones render and "
              "see (0: the same one does; 2 use two cores)"),
-    argument("--seed", type=int, default=0, metavar="S", help="of the robots and all noise (0)"),
-    argument("--engine", default="mujoco", metavar="E",
+    argument("--seed", kind=_WHOLE, default=0, metavar="S", help="of the robots and all noise (0)"),
+    argument("--engine", default="mujoco", kind=_ENGINE, metavar="E",
              help="physics engine: mujoco (default) or pybullet"),
     argument("--video", action="store_true",
              help="a video file (MP4), too: a picture takes about 0.04 s of processor time"),
-    argument("--out", type=Path, default=Path("out/match"), metavar="DIR",
+    argument("--out", writes="folder", default=Path("out/match"), metavar="DIR",
              help="replay, with --video the video, over ROS 2 logs and bag (out/match)"),
     argument("--policy", action="append", default=[], metavar="NAME=VALUE",
              help="how red plays beside others, without ROS 2 (--vision model or --eyes); names: "
              "nao_gait bench match --help; may be repeated"),
     argument("--against", action="append", default=[], metavar="NAME=VALUE",
              help="the same of blue; may be repeated"),
-    argument("--json", type=Path, metavar="FILE", help="the result as JSON"),
+    argument("--json", writes="file", metavar="FILE", help="the result as JSON"),
 )  # fmt: skip
 _RCSS = (
-    argument("--host", default="127.0.0.1", metavar="H", help="of the server (127.0.0.1)"),
-    argument("--port", type=int, default=60000, metavar="P", help="for players (60000)"),
-    argument("--team", default="nao_lipm_gait", metavar="NAME", help="of the team (nao_lipm_gait)"),
-    argument("--number", group="who", type=int, default=2, metavar="N",
+    argument("--host", kind=Text(), default="127.0.0.1", metavar="H",
+             help="of the server (127.0.0.1)"),
+    argument("--port", kind=_PORT, default=60000, metavar="P", help="for players (60000)"),
+    argument("--team", kind=_TEAM, default="nao_lipm_gait", metavar="NAME",
+             help="of the team (nao_lipm_gait)"),
+    argument("--number", group="who", kind=Number(1, 99, whole=True), default=2, metavar="N",
              help="of the player (2); 1 is the goalkeeper"),
     argument("--players", group="who", metavar="A-B", help="several players, such as 1-7"),
     argument("--robot", default="K1", metavar="R", help="of the server: K1 (default) or T1"),
@@ -97,28 +106,29 @@ _RCSS = (
              help="of the server: fifa7vs7 (default) or fifa"),
     argument("--exact", action="store_true",
              help="percepts as the server tells them, without errors, misses and delay"),
-    argument("--seconds", type=float, default=math.inf, metavar="S",
+    argument("--seconds", kind=_SECONDS, default=math.inf, metavar="S",
              help="leave after S simulated seconds"),
     argument("--preset", default="default", metavar="NAME", help="of the gait (the robot's own)"),
 )  # fmt: skip
 _RECORD = (
-    argument("bag", type=Path, nargs="?", metavar="BAG",
+    argument("bag", group="bag", writes="folder", nargs="?", metavar="BAG",
              help="a new folder for the bag; the same as --out"),
-    argument("-o", "--out", type=Path, default=Path("out/bag"), metavar="DIR",
+    argument("-o", "--out", group="bag", writes="folder", default=Path("out/bag"), metavar="DIR",
              help="a new folder for the bag (out/bag)"),
     argument("--topics", nargs="+", default=(), metavar="TOPIC",
              help="only these topics (default: all that appear)"),
     argument("--images", action="store_true",
              help="images, too: they are rendered only for a listener"),
-    argument("--duration", type=float, metavar="S", help="seconds of wall time"),
-    argument("--storage", default="mcap", metavar="S", help="mcap (default) or sqlite3"),
+    argument("--duration", kind=_SECONDS, metavar="S", help="seconds of wall time"),
+    argument("--storage", kind=Choice(("mcap", "sqlite3")), default="mcap", metavar="S",
+             help="mcap (default) or sqlite3"),
 )  # fmt: skip
 _REPORT = (
     argument("bag", type=Path, metavar="BAG", help="a rosbag2 folder, or an .mcap or .db3 file"),
     argument("after", type=Path, nargs="?", metavar="BAG2",
              help="a second bag to compare the first with"),
     argument("--robot", default="", metavar="NAME", help="one robot of a bag with several"),
-    argument("-o", "--out", "--output", type=Path, default=Path("report.html"), dest="out",
+    argument("-o", "--out", "--output", writes="file", default=Path("report.html"), dest="out",
              metavar="FILE", help="the page, complete in one file (report.html)"),
 )  # fmt: skip
 _ESTIMATE = (
@@ -128,16 +138,16 @@ _ESTIMATE = (
              help="link of the IMU (that of the bag, or the one with imu in its name)"),
     argument("--soles", nargs=2, default=(), metavar=("LEFT", "RIGHT"),
              help="links of the soles (l_sole r_sole, or as `nao_gait robot check` finds them)"),
-    argument("--out", type=Path, default=Path("out/estimate"), metavar="DIR",
+    argument("--out", writes="folder", default=Path("out/estimate"), metavar="DIR",
              help="figure and arrays (out/estimate)"),
-    argument("--json", type=Path, dest="json_file", metavar="FILE", help="the errors as JSON"),
+    argument("--json", writes="file", dest="json_file", metavar="FILE", help="the errors as JSON"),
 )  # fmt: skip
 _VIEW = (
-    argument("--port", type=int, default=8080, metavar="P",
+    argument("--port", kind=_PORT, default=8080, metavar="P",
              help="port of the page on 127.0.0.1 (8080, or next free one)"),
     _NAMESPACE,
     _STAMPED,
-    argument("--duration", type=float, default=math.inf, metavar="S",
+    argument("--duration", kind=_SECONDS, default=math.inf, metavar="S",
              help="end after S s of wall time"),
 )  # fmt: skip
 _TUNE = (
@@ -146,17 +156,19 @@ _TUNE = (
     argument("--robot", "--urdf", metavar="NAME", dest="urdf",
              help="shipped robot ({urdf}), or a URDF, MJCF or robot file (the study's)"),
     argument("--method", metavar="M", help="surrogate, pso, cma, tpe, random (the study's)"),
-    argument("--trials", type=int, metavar="N", help="trials (the study's own)"),
-    argument("--workers", type=int, metavar="N", help="processes (all cores)"),
+    argument("--trials", kind=_WHOLE, metavar="N", help="trials (the study's own)"),
+    argument("--workers", kind=_WHOLE, metavar="N", help="processes (all cores)"),
     argument("--resume", action="store_true", help="continue the study in --out"),
     argument("--join", action="store_true",
              help="help the tuner that leads this study, from here or another machine: search "
              "only"),
-    argument("--storage", metavar="URL",
+    argument("--storage", kind=Text(), metavar="URL",
              help="database of the trials that several machines share (a file in --out)"),
-    argument("--out", type=Path, metavar="DIR", help="trials, preset, report (out/tune/STUDY)"),
-    argument("--seed", type=int, default=0, metavar="S", help="seed of the method (0)"),
-    argument("--engine", metavar="E", help="physics engine of the search (the study's)"),
+    argument("--out", writes="folder", metavar="DIR",
+             help="trials, preset, report (out/tune/STUDY)"),
+    argument("--seed", kind=_WHOLE, default=0, metavar="S", help="seed of the method (0)"),
+    argument("--engine", kind=_ENGINE, metavar="E",
+             help="physics engine of the search (the study's)"),
     argument("--no-confirm", action="store_false", dest="confirm",
              help="do not confirm the winner on unseen robots"),
     argument("--confirm-on", action="append", default=[], metavar="ENGINE/PLANT", dest="places",
@@ -179,15 +191,16 @@ _RESULTS = (
     _JOBS,
 )  # fmt: skip
 _FINGERPRINT = (
-    argument("--engine", action="append", choices=("mujoco", "pybullet"),
-             help="only this engine; may be given twice"),
+    argument("--engine", action="append", kind=_ENGINE, metavar="E",
+             help="only this engine, mujoco or pybullet; may be given twice"),
     argument("--compare", type=Path, metavar="FILE",
              help="compare with an earlier output of this command"),
     _JOBS,
 )  # fmt: skip
 _TEACH = {
     "record": Command("poses of the running robot become a file", "gait_lab.drive.teach:record", (
-        _MOTION, _ROBOT, _NAMESPACE,
+        argument("path", writes="file", metavar="FILE", help="motion file (.yaml)"),
+        _ROBOT, _NAMESPACE,
         argument("--meaning", default="", metavar="TEXT", help="what it is for"),
         argument("--starts", default="standing", metavar="P", help="posture before"),
         argument("--ends", default="standing", metavar="P", help="posture after"),
@@ -205,7 +218,7 @@ _VISION = {
         "gait_lab.vision.color_images:calibrate", (
             argument("source", metavar="SOURCE",
                      help="a bag with images, a folder of PNG images, or a scene"),
-            argument("-o", "--out", type=Path, default=Path("out/colors.yaml"), metavar="FILE",
+            argument("-o", "--out", writes="file", default=Path("out/colors.yaml"), metavar="FILE",
                      help="table to write, with a picture beside it (out/colors.yaml)"),
             argument("--base", default="pitch", metavar="TABLE",
                      help="names the colours, and gives those that no image shows (pitch)"),
@@ -220,7 +233,7 @@ _VISION = {
     "sheet": Command(
         "what vision finds in images of both engines, as a picture",
         "gait_lab.vision.contact_sheet:write_sheet",
-        (argument("--out", type=Path, required=True, metavar="FILE", help="JPEG to write"),),
+        (argument("--out", writes="file", required=True, metavar="FILE", help="JPEG to write"),),
     ),
 }  # fmt: skip
 _WRITE = {
@@ -233,15 +246,17 @@ _WRITE = {
         "the kicks of a robot, measured: config/kicks/ROBOT.yaml",
         "gait_lab.soccer.kick_table:write", (
             _ROBOT,
-            argument("--robots", type=int, default=10, metavar="N", help="individuals (10)"),
-            argument("--engine", default="mujoco", metavar="E", help="physics engine (mujoco)"),
+            argument("--robots", kind=Number(1, 1000, whole=True), default=10, metavar="N",
+                     help="individuals (10)"),
+            argument("--engine", default="mujoco", kind=_ENGINE, metavar="E",
+                     help="physics engine (mujoco)"),
             _JOBS,
-            argument("--out", type=Path, required=True, metavar="FILE", help="file to write"),
+            argument("--out", writes="file", required=True, metavar="FILE", help="file to write"),
         ),
     ),
     "guide": Command("the figures of docs/tune.md", "gait_lab.tune.guide:write", (
         argument("parameters", nargs="*", metavar="PARAMETER", help="parameters to vary (all)"),
-        argument("--out", type=Path, default=Path("docs/images"), metavar="DIR",
+        argument("--out", writes="folder", default=Path("docs/images"), metavar="DIR",
                  help="where (docs/images)"),
     )),
     "examples": Command("a copy of the examples", "gait_lab.generated:examples", (
@@ -252,21 +267,21 @@ _WRITE = {
         "a robot's URDF with a ros2_control tag, and its controllers",
         "gait_lab.generated:ros2_control", (
             _ROBOT,
-            argument("--period", type=float, default=0.01, metavar="S",
+            argument("--period", kind=Number(0.002, 0.05, "s"), default=0.01, metavar="S",
                      help="[s] control_period of the gait (0.01)"),
-            argument("--out", type=Path, default=Path("ros2_control"), metavar="DIR",
+            argument("--out", writes="folder", default=Path("ros2_control"), metavar="DIR",
                      help="where (ros2_control)"),
         ),
     ),
     "gallery": Command("the moving pictures of the README", "gait_lab.report.gallery:write", (
-        argument("--out", type=Path, default=Path("docs/images"), metavar="DIR",
+        argument("--out", writes="folder", default=Path("docs/images"), metavar="DIR",
                  help="where (docs/images)"),
     )),
     "picture": Command(
         "a picture of a report; needs the extra browser and a Chromium",
         "gait_lab.report.picture:picture", (
             argument("page", type=Path, metavar="PAGE", help="a page of nao_gait report"),
-            argument("out", type=Path, metavar="FILE", help="PNG to write"),
+            argument("out", writes="file", metavar="FILE", help="PNG to write"),
             argument("--section", default="", metavar="S",
                      help="speeds, com, ... (the top of the page)"),
         ),
@@ -302,7 +317,7 @@ COMMANDS = {
                     _VIEW),
     "teach": Command("teach the robot a motion by hand, or play one", parts=_TEACH),
     "teleop": Command("drive the robot from the keyboard", "gait_lab.drive.teleop:run", (
-        argument("--velocity", type=float, nargs=3, metavar=("X", "Y", "TURN"),
+        argument("--velocity", kind=Number(), nargs=3, metavar=("X", "Y", "TURN"),
                  help="without keys: this velocity [m/s, m/s, rad/s] until Ctrl-C"),
         _NAMESPACE, _STAMPED,
         argument("--use-sim-time", action="store_true", help="stamp with /clock"),
@@ -311,12 +326,12 @@ COMMANDS = {
         "check": Command("what a URDF or robot file says and lacks, where the robot can stand",
                          "gait_lab.robot_check:check", (
             argument("file", metavar="FILE", help="shipped robot ({urdf}), URDF or robot file"),
-            argument("-o", "--out", type=Path, metavar="FILE", help="PNG (out/NAME.png)"),
+            argument("-o", "--out", writes="file", metavar="FILE", help="PNG (out/NAME.png)"),
         )),
     }),
     "calibrate": Command("the running robot measures its soles and its IMU; a file comes out",
                          "gait_lab.drive.calibrate:command", (
-        argument("-o", "--out", type=Path, default=Path("out/calibration.yaml"), metavar="FILE",
+        argument("-o", "--out", writes="file", default=Path("out/calibration.yaml"), metavar="FILE",
                  help="file to write (out/calibration.yaml)"),
         argument("--zeros", action="store_true",
                  help="look for a leg joint with a wrong zero, in four poses (75 s)"),
@@ -343,6 +358,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = words[0] if words else ""
     accept_any_locale()
     try:
+        for word in words:
+            if any("\ud800" <= each <= "\udfff" for each in word):  # bytes that are not UTF-8
+                raise NaoGaitError("argument", word, "a text in UTF-8")
         # In here, because the options of a suite may need what is not installed.
         parsed = build_parser().parse_args(words)
         if command != "compile":

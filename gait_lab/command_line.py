@@ -1,13 +1,17 @@
 """How a command of the tool is declared: its arguments as data, and the function that it calls."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from gait_lab.terminal import EXIT_OK, EXIT_USAGE, say
+from robot_core.errors import LONGEST_ALLOWED, NaoGaitError, clipped
 from robot_core.resources import names
+from robot_core.schema import Kind, read_word, require_writable
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,16 +20,46 @@ class Argument:
 
     `{urdf}` in the help stands for the shipped names of that kind; arguments of the same `group`
     exclude each other.
+
+    Attributes:
+        kind: What a word of it may be; None for any text.
+        writes: `file` or `folder`: the command ends with writing it, which is tried before.
     """
 
     flags: tuple[str, ...]
     options: dict[str, Any]
     group: str = ""
+    kind: Kind | None = None
+    writes: str = ""
+
+    def add_to(self, target: Any) -> argparse.Action:
+        """Declare it in a parser, or in a group of it."""
+        options = {**self.options, "help": self.options["help"].format_map(_Shipped())}
+        if self.kind is not None:
+            options["type"] = partial(_read, self.kind)
+        elif self.writes or options.get("type") is Path:
+            options["type"] = _path
+        return target.add_argument(*self.flags, **options)  # type: ignore[no-any-return]
 
 
-def argument(*flags: str, group: str = "", **options: Any) -> Argument:
+def argument(
+    *flags: str, group: str = "", kind: Kind | None = None, writes: str = "", **options: Any
+) -> Argument:
     """An argument; `options` are those of `add_argument`."""
-    return Argument(flags, options, group)
+    return Argument(flags, options, group, kind, writes)
+
+
+def _path(word: str) -> Path:
+    if not word.strip():  # an empty variable of a shell; Path("") would be the working directory
+        raise argparse.ArgumentTypeError(f"got {word!r}; allowed: a path")
+    return Path(word)
+
+
+def _read(kind: Kind, word: str) -> Any:
+    try:
+        return read_word(kind, "", word)
+    except NaoGaitError as error:  # argparse names the argument
+        raise argparse.ArgumentTypeError(str(error).removeprefix(": ")) from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,15 +90,20 @@ class Command:
             add_commands(parser, self.parts, "action")
             return
         groups: dict[str, Any] = {"": parser}
+        written = []
         for each in self.arguments:
             target = groups.setdefault(each.group, None) or parser.add_mutually_exclusive_group()
             groups[each.group] = target
-            text = each.options["help"].format_map(_Shipped())
-            target.add_argument(*each.flags, **{**each.options, "help": text})
-        parser.set_defaults(run=self._call)
+            action = each.add_to(target)
+            if each.writes:
+                written.append((action.dest, each.flags[-1], each.writes == "folder"))
+        parser.set_defaults(run=partial(self._call, written))
 
-    def _call(self, parsed: argparse.Namespace) -> int:
+    def _call(self, written: Sequence[tuple[str, str, bool]], parsed: argparse.Namespace) -> int:
         given = {k: v for k, v in vars(parsed).items() if k not in ("command", "action", "run")}
+        for name, flag, folder in written:
+            if given[name] is not None:
+                require_writable(given[name], flag, folder=folder)
         module, _, name = self.run.partition(":")
         status = getattr(import_module(module), name)(**given, say=say)
         return EXIT_OK if status is None else int(status)
@@ -105,7 +144,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> None:  # type: ignore[override]
         """See the base class."""
-        self.exit(EXIT_USAGE, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        text = clipped(message, LONGEST_ALLOWED)
+        self.exit(EXIT_USAGE, f"{self.prog}: {text} (see {self.prog} --help)\n")
 
 
 def add_commands(

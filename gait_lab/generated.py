@@ -103,8 +103,6 @@ def examples(out: Path, say: Callable[[str], None]) -> None:
 def ros2_control(urdf: str, period: float, out: Path, say: Callable[[str], None]) -> None:
     """A robot's URDF with the tag of ros2_control, and the file of its controllers."""
     model = load_robot(urdf)
-    if not 0.002 <= period <= 0.05:
-        raise NaoGaitError("--period", period, "0.002 to 0.05 s")
     if not model.urdf.rstrip().endswith("</robot>"):
         raise NaoGaitError("--robot", urdf, "a robot whose description ends with </robot>")
     joints = model.joint_names
@@ -120,10 +118,7 @@ def ros2_control(urdf: str, period: float, out: Path, say: Callable[[str], None]
     text = yaml.safe_dump(
         {name: {"ros__parameters": each} for name, each in controllers.items()}, sort_keys=False
     )
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise NaoGaitError("--out", str(out), f"a folder ({error.strerror})") from None
+    out.mkdir(parents=True, exist_ok=True)
     refresh({out / "robot.urdf": described, out / "controllers.yaml": text}, False, say)
 
 

@@ -172,7 +172,6 @@ def _draw(robot: RobotDescription, stand: StandRange, path: Path) -> Path:
     axes[0].set_ylabel("height [m]")
     axes[1].invert_xaxis()
     figure.suptitle(f"{robot.name}: joints, soles (blue), CoM and where it can be (red)")
-    path.parent.mkdir(parents=True, exist_ok=True)
     return save(figure, path)
 
 

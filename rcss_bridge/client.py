@@ -80,8 +80,8 @@ class Client(AbstractContextManager["Client"]):
             connection = socket.create_connection(self._address, self._timeout)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             connection.sendall(self._init)
-        except OSError as error:
-            raise self._gone(error.strerror or str(error)) from error
+        except (OSError, UnicodeError) as error:  # UnicodeError: a name that no host can have
+            raise self._gone(getattr(error, "strerror", None) or str(error)) from error
         self._socket, self._unframer = connection, Unframer()
 
     def connect_within(

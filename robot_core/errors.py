@@ -52,9 +52,9 @@ class NaoGaitError(ValueError):
         self.value = value
         self.allowed = allowed
         self._near = near = _nearest(field, value, tuple(names))
-        meant = f" did you mean {_clipped(near[0])}?" if near else ""
-        allowed = _clipped(allowed, LONGEST_ALLOWED)
-        super().__init__(f"{_clipped(field)}: got {_shown(value)};{meant} allowed: {allowed}")
+        meant = f" did you mean {clipped(near[0])}?" if near else ""
+        allowed = clipped(allowed, LONGEST_ALLOWED)
+        super().__init__(f"{clipped(field)}: got {_shown(value)};{meant} allowed: {allowed}")
 
     def __reduce__(self) -> tuple[type, tuple[str, object, str, list[str]]]:
         """Pickle all fields, so that the error can cross a process boundary."""
@@ -76,7 +76,7 @@ def _shown(value: object) -> str:
         text = repr(value) if _items(value, MOST_ITEMS) <= MOST_ITEMS else _SHORT.repr(value)
     except Exception:  # integers of thousands of digits; objects whose own `repr` fails
         text = f"a value of type {type(value).__name__} that cannot be printed"
-    return _clipped(_NUMPY.sub(r"\1", text))
+    return clipped(_NUMPY.sub(r"\1", text))
 
 
 def _items(value: object, most: int) -> int:
@@ -93,7 +93,7 @@ def _items(value: object, most: int) -> int:
     return count
 
 
-def _clipped(text: str, longest: int = LONGEST) -> str:
+def clipped(text: str, longest: int = LONGEST) -> str:
     """At most so many characters, in one line that cannot control a terminal."""
     text = text if len(text) <= longest else f"{text[:longest]}..."
     if text.isprintable():
@@ -105,7 +105,7 @@ def _clipped(text: str, longest: int = LONGEST) -> str:
 
 def one_line(error: BaseException) -> str:
     """What an unexpected exception says, and where it was raised, in one line."""
-    text = _clipped(f"{type(error).__name__}: {' '.join(str(error).split())}", LONGEST_ALLOWED)
+    text = clipped(f"{type(error).__name__}: {' '.join(str(error).split())}", LONGEST_ALLOWED)
     frames = traceback.extract_tb(error.__traceback__)
     if not frames:
         return text

@@ -1,6 +1,7 @@
 """Checks of single fields of a message or call; a NaoGaitError names the one that is refused."""
 
 import math
+import sys
 from collections import Counter
 from collections.abc import Sequence
 
@@ -10,6 +11,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.types import FloatArray
 
 _NANOSECONDS = 1_000_000_000
+_LARGEST = sys.float_info.max
 _NAMES_SHOWN = 5
 _NAME_LENGTH = 40
 
@@ -38,18 +40,6 @@ def finite(value: float, field: str, limit: float, unit: str) -> float:
     raise NaoGaitError(field, value, f"a finite number from {-limit:g} to {limit:g} {unit}")
 
 
-def read_vector(values: Sequence[float], field: str, limit: float, unit: str) -> FloatArray:
-    """Check the three components of a vector like `finite` does; returns it as (3,).
-
-    Raises:
-        NaoGaitError: With the first component that is refused.
-    """
-    for axis, value in zip("xyz", values, strict=True):
-        if not -limit <= value <= limit:
-            finite(value, f"{field}.{axis}", limit, unit)
-    return np.array(values, dtype=float)
-
-
 def read_array(
     values: object, field: str, shape: tuple[int, ...], limit: float = math.inf, unit: str = "",
     names: Sequence[str] = (),
@@ -62,7 +52,7 @@ def read_array(
         shape: Its shape.
         limit: Largest absolute value.
         unit: Of the numbers.
-        names: Names of the items of a vector, for the message; none = their indices.
+        names: Of the items of a vector, for the message; "xyz" = `field.x`, none = indices.
 
     Returns:
         A copy, of the shape.
@@ -70,24 +60,27 @@ def read_array(
     Raises:
         NaoGaitError: It is no such array, or names the first number that is refused.
     """
-    span = "" if math.isinf(limit) else f" from {-limit:g} to {limit:g}"
-    allowed = f"an array of shape {shape} of finite numbers{span}" + f" [{unit}]" * bool(unit)
+    numbers: FloatArray
     try:
         found = np.asarray(values)
     except ValueError:  # lists of different lengths
-        raise NaoGaitError(field, values, allowed) from None
-    if found.dtype.kind not in "fiu" or not found.shape:
-        raise NaoGaitError(field, values, allowed)
-    if found.shape != shape:
-        raise NaoGaitError(field, f"shape {found.shape}", allowed)
-    numbers: FloatArray = found.astype(float)
-    good = np.isfinite(numbers) & (abs(numbers) <= limit)
-    if not good.all():
-        index = np.unravel_index(int(np.argmin(good)), shape)
-        place = names[int(index[0])] if names else ", ".join(map(str, index))
-        allowed = f"a finite number{span} {unit}".rstrip()
-        raise NaoGaitError(f"{field}[{place}]", float(numbers[index]), allowed)
-    return numbers
+        found = np.empty(0, dtype=object)
+    usable = found.dtype.kind in "fiu"
+    if usable and found.shape == shape:
+        numbers = found.astype(float)
+        good = abs(numbers) <= min(limit, _LARGEST)  # false for NaN as well
+        if good.all():
+            return numbers
+    span = "" if math.isinf(limit) else f" from {-limit:g} to {limit:g}"
+    if not usable or found.shape != shape:
+        shown = f"shape {found.shape}" if usable and found.shape else values
+        allowed = f"an array of shape {shape} of finite numbers{span}" + f" [{unit}]" * bool(unit)
+        raise NaoGaitError(field, shown, allowed)
+    index = np.unravel_index(int(np.argmin(good)), shape)
+    place = names[int(index[0])] if names else ", ".join(map(str, index))
+    place = f".{place}" if isinstance(names, str) else f"[{place}]"
+    allowed = f"a finite number{span} {unit}".rstrip()
+    raise NaoGaitError(f"{field}{place}", float(numbers[index]), allowed)
 
 
 def some(names: Sequence[str]) -> str:

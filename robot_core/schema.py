@@ -13,6 +13,7 @@ refusal is one NaoGaitError with the path of the field, its value and what is al
 """
 
 import contextlib
+import itertools
 import math
 import os
 import re
@@ -491,28 +492,43 @@ def write_text(path: Path, text: str, field: str) -> None:
     Raises:
         NaoGaitError: It cannot be written; `field` names the option that asks for it.
     """
-    part = path.with_name(f"{path.name}.part")
+    target = os.path.realpath(path)  # a link is not replaced by a file
+    part = Path(f"{target}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        if os.path.exists(target) and not os.path.isfile(target):  # nor is a device or pipe
+            path.write_text(text, encoding="utf-8")
+            return
         part.write_text(text, encoding="utf-8")
-        part.replace(path)
+        part.replace(target)
     except OSError as error:
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
         raise NaoGaitError(field, str(path), f"a file that can be written ({error})") from error
 
 
-def require_writable(path: Path, field: str) -> None:
-    """Raise NaoGaitError if a file cannot be written; `field` is the option that names it."""
+def require_writable(path: Path, field: str, *, folder: bool = False) -> None:
+    """Try whether a file, or files of a folder, can be written; leaves everything as it was.
+
+    Raises:
+        NaoGaitError: It cannot be written; `field` is the option that names it.
+    """
+    probe = path / ".nao_gait.part" if folder else path
+    made = list(itertools.takewhile(lambda each: not os.path.lexists(each), probe.parents))
     try:
-        existed = path.exists()
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("a", encoding="utf-8"):
+        existed = os.path.lexists(probe)
+        probe.parent.mkdir(parents=True, exist_ok=True)
+        with probe.open("a", encoding="utf-8"):
             pass
         if not existed:
-            path.unlink()
+            probe.unlink()
     except OSError as error:
-        raise NaoGaitError(field, str(path), f"a file that can be written ({error})") from error
+        allowed = f"a {'folder' if folder else 'file'} that can be written ({error})"
+        raise NaoGaitError(field, str(path), allowed) from error
+    finally:
+        with contextlib.suppress(OSError):
+            for each in made:
+                each.rmdir()
 
 
 def parse_yaml(text: str, where: str) -> Any:
@@ -530,6 +546,15 @@ def parse_yaml(text: str, where: str) -> Any:
     except Exception as error:  # PyYAML's constructors raise any: AttributeError of a !!timestamp
         reason = " ".join(str(error).split())
         raise NaoGaitError(where, reason, "a readable YAML file") from error
+
+
+def read_word(kind: Kind, where: str, word: str) -> Any:
+    """The value of a word of a command line; NaoGaitError if `kind` does not allow it."""
+    value: Any = word
+    if isinstance(kind, Number):
+        with contextlib.suppress(ValueError):
+            value = int(word) if kind.whole else float(word)
+    return kind.check(where, value)
 
 
 def value_of(text: str) -> Any:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from typing import Self, TypedDict, Unpack
+from typing import Any, Self, TypedDict, Unpack, cast
 
 import numpy as np
 
@@ -42,6 +42,16 @@ class WorldOptions(TypedDict, total=False):
     gui: bool
     visual: bool
     cameras: CameraSettings | None
+
+
+class _Closed:
+    """The engine of a closed world."""
+
+    def close(self) -> None:
+        """Nothing is left to free."""
+
+    def __getattr__(self, _: str) -> Any:
+        raise NaoGaitError("world", "a closed world", "calls before close")
 
 
 class World(AbstractContextManager["World"]):
@@ -114,8 +124,7 @@ class World(AbstractContextManager["World"]):
             SimulatedRobot(spec, plant, ground, period, cameras) for spec in robots
         )
         check_places(self.robots, self.surroundings)
-        self._closed = False
-        self._backend = make_backend(
+        self._engine: Backend = make_backend(
             engine,
             [robot.model for robot in self.robots],
             self.surroundings,
@@ -157,12 +166,6 @@ class World(AbstractContextManager["World"]):
         """The world of a scene; `RobotSpec` and the constructor explain the arguments."""
         robots = scene.robot_specs(noise_seed=noise_seed, sensor_delay=sensor_delay)
         return cls(plant, robots, scene=scene, **options)
-
-    @property
-    def _engine(self) -> Backend:
-        if self._closed:
-            raise NaoGaitError("world", "a closed world", "calls before close")
-        return self._backend
 
     @property
     def robot(self) -> SimulatedRobot:
@@ -301,8 +304,8 @@ class World(AbstractContextManager["World"]):
 
     def close(self) -> None:
         """Free the engine; may be called more than once."""
-        self._closed = True
-        self._backend.close()
+        self._engine.close()
+        self._engine = cast(Backend, _Closed())
 
     def __exit__(self, *_: object) -> None:
         self.close()

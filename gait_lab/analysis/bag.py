@@ -577,12 +577,16 @@ _MESSAGES = {".mcap": _mcap_messages, ".db3": _sqlite_messages}
 
 
 def _fill_up(database: Path) -> None:
-    """Extend a truncated database to its full length; sqlite opens no shorter one."""
+    """Extend a truncated database to its full length; sqlite opens no shorter one.
+
+    A length that no bag of this size has is damage, which sqlite then names.
+    """
     with database.open("r+b") as file:
         header = file.read(100)
         page = int.from_bytes(header[16:18], "big")
         length = (65536 if page == 1 else page) * int.from_bytes(header[28:32], "big")
-        if file.seek(0, 2) < length:
+        size = file.seek(0, 2)
+        if size < length <= max(LARGEST_UNPACKED, LARGEST_RATIO * size):
             file.truncate(length)
 
 

@@ -33,7 +33,8 @@ def pyplot() -> Any:
 
 
 def save(figure: Any, path: Path) -> Path:
-    """Write a figure and free it."""
-    figure.savefig(path)
+    """Write a figure as PNG, whatever the file is called, and free it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, format="png")
     pyplot().close(figure)
     return path

@@ -226,7 +226,7 @@ def command(
 ) -> int:
     """Print the hashes, or compare them with an earlier output; the exit status."""
     engines = tuple(engine or ENGINES)
-    before = None if compare is None else _read(compare)
+    before = None if compare is None else _read(compare, engines)
     found = fingerprints(cases(engines), jobs)
     if before is None:
         json.dump(
@@ -244,14 +244,21 @@ def command(
     return EXIT_FAILED if changed else EXIT_OK
 
 
-def _read(file: Path) -> dict[str, list[Any]]:
+def _read(file: Path, engines: Sequence[str]) -> dict[str, list[Any]]:
     """Key -> digest and end pose of an earlier output; raises NaoGaitError."""
     try:
         content = json.loads(read_text(file, "fingerprints", LARGEST))
-        return {key: [str(digest), *map(float, pose)] for key, (digest, *pose) in content.items()}
+        before = {
+            key: [str(digest), float(x), float(y), float(yaw)]
+            for key, (digest, x, y, yaw) in content.items()
+        }
     except (ValueError, TypeError, AttributeError, RecursionError) as error:
         allowed = f"output of nao_gait fingerprint ({error})"
         raise NaoGaitError("compare", str(file), allowed) from error
+    if not any(key.split("/")[0] in engines for key in before):
+        allowed = f"output of nao_gait fingerprint with walks in {' or '.join(engines)}"
+        raise NaoGaitError("compare", str(file), allowed)
+    return before
 
 
 def _changed(

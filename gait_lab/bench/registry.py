@@ -21,7 +21,7 @@ from gait_lab.bench.sweep import shipped_sweeps
 from nao_lipm_gait.presets import preset_for
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
-from robot_core.schema import require_writable
+from robot_core.schema import require_writable, write_text
 from sim_bridge.trials.compiled import is_compiled
 from sim_bridge.trials.tasks import find_task
 
@@ -142,5 +142,5 @@ def run(
         rows += result.as_dicts()
         out(f"{result.text}\n{each.suite.name}: took {time.monotonic() - began:.0f} s\n")
     if json_file is not None:
-        json_file.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        write_text(json_file, json.dumps(rows, indent=1) + "\n", "json")
         out(f"wrote {json_file}")

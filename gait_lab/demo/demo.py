@@ -24,14 +24,15 @@ from gait_lab.demo.tour import (
 from gait_lab.demo.tour_driver import TourDriver, TourError
 from gait_lab.ros_session import ros_node
 from gait_lab.terminal import EXIT_FAILED, EXIT_OK
+from nao_lipm_gait.presets import preset_for
 from robot_core.errors import NaoGaitError
-from robot_core.resources import find
 from robot_core.robot import load_robot
 from robot_core.ros.lockstep import LockstepPartner
 from robot_core.ros.process import DomainClaim, stop_on_signal
 from robot_core.schema import write_text
 from robot_core.types import VelocityCommand
 from sim_bridge.engines.registry import engine_for
+from sim_bridge.plant import load_plant
 
 REST_SPEED = 0.02
 """Speed [m/s] above which a robot does not stand."""
@@ -48,7 +49,7 @@ class DemoOptions:
     gui: bool = False
     real_time: bool = False
     tour: str = "full"
-    engine: str = ""
+    engine: str | None = None
     plant: str = "reference"
     robot_seed: int = 0
     preset: str = "default"
@@ -62,8 +63,9 @@ class DemoOptions:
     def __post_init__(self) -> None:
         if self.tour not in TOURS:
             raise NaoGaitError("tour", self.tour, TOURS)
-        for kind, name in (("urdf", self.urdf), ("gait", self.preset), ("plants", self.plant)):
-            find(kind, name)  # refused here rather than by a node that has been started
+        # Refused here rather than by a node that has been started.
+        load_plant(self.plant)
+        preset_for(load_robot(self.urdf), self.preset)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,10 +97,10 @@ def run(options: DemoOptions, say: Callable[[str], None] = print) -> int:
     import rclpy  # noqa: F401
 
     began = time.monotonic()
-    if not options.engine:
+    if options.engine is None:
         options = replace(options, engine=engine_for((load_robot(options.urdf),)))
     out = options.out
-    empty_folder(out, "*.html", "*.png", "*.gif", "*.log", "result.json")
+    empty_folder(out, "report.html", "result.json", "frames.png", "walk.gif")
     tour_began, problems = _walk(options, out, say)
     walked = time.monotonic() - began
     recorded = None if tour_began is None else read_walk(out / "bag")

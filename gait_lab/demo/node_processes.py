@@ -33,14 +33,23 @@ PRIORITY = 50
 _PR_SET_PDEATHSIG = 1
 
 
-def empty_folder(out: Path, *patterns: str) -> None:
-    """Make the folder of the results, without those of an earlier run: its bag and these files."""
+def empty_folder(out: Path, *names: str) -> None:
+    """Make the folder of the results, without those of an earlier run: its bag and these files.
+
+    What a user keeps beside them stays; logs are written anew.
+
+    Raises:
+        NaoGaitError: `bag` is no bag, or something cannot be removed.
+    """
+    bag = out / "bag"
     try:
         out.mkdir(parents=True, exist_ok=True)
-        if (out / "bag").is_dir():
-            shutil.rmtree(out / "bag")
-        for old in (each for pattern in patterns for each in out.glob(pattern)):
-            old.unlink()
+        if bag.is_dir():
+            if any(each.stem not in ("bag", "metadata") for each in bag.iterdir()):
+                raise NaoGaitError("out", str(out), "a folder whose bag this command recorded")
+            shutil.rmtree(bag)
+        for name in names:
+            (out / name).unlink(missing_ok=True)
     except OSError as error:
         raise NaoGaitError("out", str(out), f"a folder that can be written ({error})") from error
 

@@ -28,7 +28,7 @@ from robot_core.errors import NaoGaitError
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.ros.patience import ANSWER, STALL
 from robot_core.ros.process import StopRequest, stop_on_signal
-from robot_core.schema import require_writable
+from robot_core.schema import write_text
 from robot_core.types import FloatArray
 from sim_bridge.trials.calibration_procedure import (
     POSED,
@@ -178,7 +178,6 @@ def run(
         CalibrationError: If the robot was not calibrated.
         KeyboardInterrupt: If the user interrupts.
     """
-    require_writable(out, "out")
     with ros_node("nao_gait_calibrate", namespace) as node, stop_on_signal() as stop:
         posing = _Posing(node, stop) if zeros else None
         procedure = Procedure(posing.poses if posing else ())
@@ -202,7 +201,7 @@ def run(
         calibration=calibration,
         deviation=Deviation(measured.sole_pitch_deviation, measured.sole_roll_deviation),
     )
-    out.write_text(file.as_yaml(), encoding="utf-8")
+    write_text(out, file.as_yaml(), "out")
     say(f"wrote {out}; use it by: gait --ros-args -p calibration:={out}")
 
 

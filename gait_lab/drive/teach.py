@@ -246,9 +246,9 @@ def record(
             "file", str(path), "a name of lowercase letters, digits and _ with .yaml"
         )
     postures = _posture("starts", starts), _posture("ends", ends)
+    lesson = Lesson(load_robot(urdf), with_head=head)
     with ros_node("nao_gait_teach", namespace) as node:
-        client = _RobotClient(node, load_robot(urdf))
-        lesson = Lesson(load_robot(urdf), with_head=head)
+        client = _RobotClient(node, lesson.robot)
         if not client.spin_until(lambda: client.position is not None, ANSWER):
             raise NaoGaitError("joint_states", "none", f"all joints of {lesson.robot.name}")
         if not stiff:
@@ -290,9 +290,10 @@ def play(
         NaoGaitError: If the file is invalid, if no gait answers, or if the gait refuses the motion,
             does not end it in time, or falls.
     """
-    motion = load_motions(path, load_robot(urdf))[0]
+    robot = load_robot(urdf)
+    motion = load_motions(path, robot)[0]
     with ros_node("nao_gait_teach", namespace) as node:
-        client = _RobotClient(node, load_robot(urdf))
+        client = _RobotClient(node, robot)
         if not client.spin_until(lambda: bool(client.state), ANSWER):
             raise NaoGaitError("gait/support", "nothing", "a running gait with sensors")
         client.states.clear()

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TextIO
 
 from gait_lab.ros_session import VelocityPublisher, ros_node
+from nao_lipm_gait.runtime.inputs import TwistInput, read_velocity
 from robot_core.errors import NaoGaitError
 from robot_core.ros.process import StopRequest, domain_id, stop_on_signal
 from robot_core.types import STANDSTILL, VelocityCommand
@@ -216,8 +217,9 @@ def run(
     say: Callable[[str], None],
 ) -> None:
     """Drive by keys, or with a velocity, until x or Ctrl-C; then the robot is commanded to stop."""
-    if velocity is not None and not all(map(math.isfinite, velocity)):
-        raise NaoGaitError("--velocity", velocity, "three finite numbers")
+    if velocity is not None:
+        x, y, turn = velocity
+        read_velocity(TwistInput((x, y, 0.0), (0.0, 0.0, turn)))  # the gait would only log a line
     with (
         nullcontext(-1) if velocity is not None else raw_terminal(sys.stdin) as descriptor,
         ros_node("nao_gait_teleop", namespace, use_sim_time) as node,

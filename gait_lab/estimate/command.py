@@ -17,6 +17,7 @@ from gait_lab.estimate.estimator import (
 from gait_lab.estimate.recorded_body import RecordedBody
 from gait_lab.estimate.sensor_log import Reference, SensorLog, load_log
 from robot_core.geometry import planar_rotation
+from robot_core.schema import write_text
 from robot_core.types import FloatArray
 
 
@@ -106,8 +107,7 @@ def command(
             {"suite": "estimate", "metric": name, "unit": unit, "value": value}
             for name, value, unit in rows
         ]
-        json_file.parent.mkdir(parents=True, exist_ok=True)
-        json_file.write_text(json.dumps(rows_of_json, indent=1) + "\n", encoding="utf-8")
+        write_text(json_file, json.dumps(rows_of_json, indent=1) + "\n", "json")
 
 
 def draw(

@@ -80,10 +80,6 @@ def run(
     """
     server_robot(robot)
     init(robot, team, number)
-    if not 0 < port < 65536:
-        raise NaoGaitError("port", port, "1 to 65535")
-    if not seconds > 0.0:
-        raise NaoGaitError("seconds", seconds, "more than 0")
     command = STANDSTILL if drive is None else _velocity(drive)
     ServerField(field)
     field = field if drive is None else ""

@@ -14,7 +14,7 @@ from gait_lab.soccer.replay_page import three_js, write_replay
 from gait_lab.terminal import EXIT_OK
 from nao_soccer.behavior.duel import DuelSettings
 from robot_core.errors import NaoGaitError
-from robot_core.schema import require_writable
+from robot_core.schema import write_text
 
 EYES_MAX = 20
 """Most processes that render and see: there are not more robots."""
@@ -72,8 +72,6 @@ def play(
     if video:
         import_module("imageio_ffmpeg")
     out.mkdir(parents=True, exist_ok=True)
-    if json is not None:
-        require_writable(json, "json")
     began = clock.monotonic()
     status = EXIT_OK
     if over_ros:
@@ -129,7 +127,7 @@ def _finish(
     )
     write_replay(replay, result, subtitle)
     if json is not None:
-        json.write_text(json_format.dumps(result.as_json(), indent=2) + "\n", encoding="utf-8")
+        write_text(json, json_format.dumps(result.as_json(), indent=2) + "\n", "json")
     say(f"red {result.score['red']} : {result.score['blue']} blue")
     for goal in result.goals:
         own = " (own goal)" if goal.own else ""

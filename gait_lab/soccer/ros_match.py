@@ -72,7 +72,7 @@ def run(
     import rclpy  # noqa: F401
 
     scene = match_scene(spec)
-    empty_folder(out, "*.log", "replay.html")
+    empty_folder(out, "replay.html")
     file = out / "scene.yaml"
     file.write_text(scene.to_yaml(), encoding="utf-8")
     problem: str | None = None

@@ -94,7 +94,6 @@ def draw(name: str, samples: Sequence[Sample], path: Path) -> None:
         axes.set_ylim(0.0, 1.12 * axes.get_ylim()[1])
     panels[0].axhline(100.0 * SPEED, color=GREY, lw=1, ls="--")
     panels[2].legend(fontsize=7, loc="lower right")
-    path.parent.mkdir(parents=True, exist_ok=True)
     save(figure, path)
 
 

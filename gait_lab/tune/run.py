@@ -88,7 +88,7 @@ def run(options: TuneOptions, say: Callable[[str], None]) -> Result | None:
         options.study, options.engine, options.trials, options.places, options.urdf
     )
     count = worker_count(options.workers)
-    method = options.method or study.file.method
+    method = study.file.method if options.method is None else options.method
     _check_method(method, options.seed, len(study.file.parameters))
     if options.resume and options.join:
         raise NaoGaitError("join", True, "--join or --resume, not both")

@@ -9,7 +9,7 @@ import numpy as np
 from gait_lab.analysis.body import pose_of
 from gait_lab.ros_session import VelocityPublisher
 from robot_core.geometry import yaw_of_quaternion
-from robot_core.message_checks import finite, read_vector
+from robot_core.message_checks import finite, read_array
 from robot_core.types import STANDSTILL, FloatArray, VelocityCommand
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ class RobotLink:
         (x, y, _), turn = _pose(message.pose.pose, "odom")
         v = message.twist.twist
         speed = v.linear.x, v.linear.y, v.angular.z
-        read_vector(speed, "odom twist", FAST, "m/s, rad/s")
+        read_array(speed, "odom twist", (3,), FAST, "m/s, rad/s", "xyz")
         pose = float(x), float(y), yaw_of_quaternion(*turn.tolist())
         self._remember("odometry", self.state.odometry, _stamp(message), pose)
         self.state.speed = speed
@@ -164,7 +164,7 @@ def _pose(pose: Any, topic: str) -> tuple[FloatArray, FloatArray]:
     turn = q.x, q.y, q.z, q.w
     for value in turn:
         finite(value, f"{topic} orientation", 1.1, "of a unit quaternion")
-    return read_vector((p.x, p.y, p.z), f"{topic} position", FAR, "m"), np.array(turn)
+    return read_array((p.x, p.y, p.z), f"{topic} position", (3,), FAR, "m", "xyz"), np.array(turn)
 
 
 def _stamp(message: Any) -> int:

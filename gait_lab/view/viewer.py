@@ -19,7 +19,7 @@ from gait_lab.view.scene import RobotScene
 from gait_lab.view.world_scene import WorldScene
 from robot_core.errors import NaoGaitError
 from robot_core.field import COLORS
-from robot_core.message_checks import read_vector
+from robot_core.message_checks import read_array
 from robot_core.robot import load_robot
 from robot_core.ros.process import stop_on_signal
 from robot_core.types import VelocityCommand
@@ -370,7 +370,7 @@ class Viewer:
     def _on_ball(self, message: Any) -> None:
         if self.pitch is not None:
             p = message.point
-            place = read_vector((p.x, p.y, p.z), "ground_truth/ball", FAR, "m")
+            place = read_array((p.x, p.y, p.z), "ground_truth/ball", (3,), FAR, "m", "xyz")
             self.pitch.put_ball(place.tolist())
 
     def _follow(self, base: tuple[float, float, float]) -> None:
@@ -400,8 +400,6 @@ def serve(port: int) -> Any:
     from websockets.asyncio import server as websocket_server
     from websockets.typing import Origin
 
-    if not 0 < port < 65536:
-        raise NaoGaitError("port", port, "1 to 65535")
     listen = websocket_server.serve
 
     def listen_to_own_page(handler: Any, host: str, port: int, **settings: Any) -> Any:
@@ -444,8 +442,6 @@ def run(
     Raises:
         NaoGaitError: If the port cannot be used or the namespace is invalid.
     """
-    if not duration > 0.0:
-        raise NaoGaitError("duration", duration, "more than 0 s")
     with stop_on_signal() as stop, ros_node("nao_gait_view", namespace) as node:
         from rclpy.executors import SingleThreadedExecutor
 

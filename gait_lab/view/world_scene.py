@@ -8,7 +8,7 @@ import numpy as np
 from gait_lab.view.robot_link import FAR
 from robot_core.errors import NaoGaitError
 from robot_core.field import SIDES, TEAMS
-from robot_core.message_checks import read_vector
+from robot_core.message_checks import read_array
 from robot_core.types import FloatArray
 
 if TYPE_CHECKING:
@@ -108,8 +108,8 @@ class WorldScene:
         self._changed["particles"] = self._placed(np.stack((poses[:, :2], ends), axis=1))
 
     def _on_ball(self, message: Any) -> None:
-        place = message.pose.pose.position
-        x, y, radius = read_vector((place.x, place.y, place.z), "ball", FAR, "m").tolist()
+        p = message.pose.pose.position
+        x, y, radius = read_array((p.x, p.y, p.z), "ball", (3,), FAR, "m", "xyz").tolist()
         self._ball = self._side * x, self._side * y, max(0.02, radius)
 
     def _placed(self, segments: FloatArray) -> FloatArray:

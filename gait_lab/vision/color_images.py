@@ -70,11 +70,12 @@ def calibrate(
     Raises:
         NaoGaitError: The source has no images, or they cannot be used.
     """
+    if (picture := out.with_suffix(".png")) == out:
+        raise NaoGaitError("--out", str(out), "a file of a table, such as colors.yaml")
     marked = [_sample(*words) for words in samples]
     table = load_color_table(base)
     images = _spread(read_images(source, topic=topic, engine=engine))
     found = calibrate_colors(images, table, marked)
-    picture = out.with_suffix(".png")
     write_text(out, table_yaml(found, f"{len(images)} images of {source}", base), "out")
     shown = picture_of(images, load_color_table(out))
     cv2.imwrite(str(picture), cv2.cvtColor(shown, cv2.COLOR_RGB2BGR))

@@ -12,7 +12,6 @@ from gait_lab.vision.viewing_walks import random_walk
 from nao_soccer.vision.colors import Image
 from nao_soccer.vision.debug_image import draw_debug_image
 from nao_soccer.vision.percepts import Percepts
-from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 
 URDF = "nao_h21_v33"
@@ -78,12 +77,9 @@ def write_sheet(out: Path, say: Callable[[str], None]) -> None:
 
 
 def write(tiles: Sequence[Image], path: Path) -> None:
-    """Write images (h, w, 3) in rows of three.
-
-    Raises:
-        NaoGaitError: The file cannot be written.
-    """
+    """Write images (h, w, 3) in rows of three."""
     rows = [np.hstack(tiles[first : first + 3]) for first in range(0, len(tiles), 3)]
     sheet = cv2.cvtColor(np.vstack(rows), cv2.COLOR_RGB2BGR)
-    if not cv2.imwrite(str(path), sheet, (cv2.IMWRITE_JPEG_QUALITY, QUALITY)):
-        raise NaoGaitError("out", str(path), "a file that can be written")
+    _, data = cv2.imencode(".jpg", sheet, (cv2.IMWRITE_JPEG_QUALITY, QUALITY))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data.tobytes())

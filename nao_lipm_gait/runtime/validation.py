@@ -28,7 +28,7 @@ from nao_lipm_gait.runtime.motor_watch import NEWER, OLDER, MotorWatch
 from nao_lipm_gait.runtime.stamps import LONGEST_GAP
 from robot_core.errors import NaoGaitError
 from robot_core.log import Level
-from robot_core.message_checks import read_vector, repeated, some, stamp_of
+from robot_core.message_checks import read_array, repeated, some, stamp_of
 from robot_core.robot import RobotDescription
 from robot_core.types import GRAVITY, FloatArray, JointTargets
 
@@ -351,9 +351,11 @@ class SensorValidation:
                     f"imu/data {field}_covariance[0]", -1.0, "0 or more: this gait needs the field"
                 )
         rotation, force = message.angular_velocity, message.linear_acceleration
-        rate = read_vector(rotation, "imu/data angular_velocity", ROTATION_ABSURD, "rad/s")
-        acceleration = read_vector(
-            force, "imu/data linear_acceleration", ACCELERATION_ABSURD, "m/s^2"
+        rate = read_array(
+            rotation, "imu/data angular_velocity", (3,), ROTATION_ABSURD, "rad/s", "xyz"
+        )
+        acceleration = read_array(
+            force, "imu/data linear_acceleration", (3,), ACCELERATION_ABSURD, "m/s^2", "xyz"
         )
         measured = rate
         elapsed, self._imu_at = (stamp - self._imu_at) * 1e-9, stamp

@@ -262,6 +262,7 @@ def run(
                 gc.collect()
                 gc.freeze()
         except argument_errors as error:
+            _destroy_unfinished(error)
             return _refuse(name, error)
         loop(nodes[0], executor, stop)
         return 0
@@ -272,6 +273,21 @@ def run(
         for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
+
+
+def _destroy_unfinished(error: Exception) -> None:
+    """Destroy a node whose constructor raised; else that is left to the end of the interpreter.
+
+    There the threads of DDS may still run, and whether the process then ends is a matter of luck.
+    """
+    from rclpy.node import Node
+
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        node = frame.f_locals.get("self")
+        if isinstance(node, Node):
+            with suppress(Exception):  # not even the base class may be complete
+                Node.destroy_node(node)  # that of its own class expects all that it makes
+            return
 
 
 def events_executor(context: "Context | None" = None) -> "Executor":

@@ -72,6 +72,7 @@ class ResultCache:
         values = {each.name: getattr(result, each.name) for each in fields(result)[1:]}
         text = json.dumps({_KEY: _key(item), **values})
         try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
             with self._path.open("ab", buffering=0) as out:  # one write: lines do not mix
                 out.write(text.encode() + os.linesep.encode())
         except OSError as error:

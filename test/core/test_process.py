@@ -82,6 +82,28 @@ def test_arguments_that_are_no_ros_arguments_are_refused_in_one_line(
     assert "allowed: --ros-args -p NAME:=VALUE" in said
 
 
+def test_a_node_that_is_refused_half_built_is_destroyed(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    node = pytest.importorskip("rclpy.node")
+    made = []
+
+    class Refused(node.Node):  # type: ignore[name-defined,misc]
+        def __init__(self) -> None:
+            super().__init__("refused")
+            made.append(self)
+            raise NaoGaitError("scene", "nothing", "a scene")
+
+        def destroy_node(self) -> None:
+            pytest.fail("not all is there that this expects")
+
+    with DomainClaim() as claim:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(claim.domain))
+        assert run("refused", "", [Refused], spin, ["refused"], StopRequest()) == REFUSED
+    assert capfd.readouterr().err == "refused: scene: got 'nothing'; allowed: a scene\n"
+    assert not list(made[0].publishers)
+
+
 @pytest.mark.parametrize("text", ["233", "-1", "1.5", "abc", "0x1", "\u0663", "9" * 5000, " 1"])
 def test_a_domain_that_dds_cannot_use_is_refused(
     text: str, monkeypatch: pytest.MonkeyPatch

@@ -189,6 +189,16 @@ def test_a_bag_cut_off_anywhere_is_no_exception(tmp_path: Path, storage: str) ->
         assert bag.remarks or complete, length
 
 
+def test_a_database_of_a_damaged_length_is_named_as_damaged(tmp_path: Path) -> None:
+    write(tmp_path / "bag", storage="sqlite3")
+    with (tmp_path / "bag" / "bag.db3").open("r+b") as file:
+        file.seek(28)
+        file.write(b"\x7f\xff\xff\xff")  # pages: 8 TiB
+    bag = open_bag(tmp_path / "bag")
+    assert bag.remarks
+    assert not any("Errno" in remark for remark in bag.remarks)
+
+
 def test_a_lone_file_is_a_bag(tmp_path: Path) -> None:
     write(tmp_path / "bag")
     write(tmp_path / "other", storage="sqlite3")

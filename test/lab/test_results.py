@@ -1,5 +1,6 @@
 """The results in docs/: of the present walk, or marked as old."""
 
+import json
 import math
 import re
 import subprocess
@@ -75,9 +76,11 @@ def test_fingerprints_are_compared_with_an_earlier_output(
     file.write_text(file.read_text().replace(FOUND.digest, "another", 1))
     assert cli.main(compare) != 0
     assert "1 changed" in capsys.readouterr().out
-    file.write_text("[1]")
-    assert cli.main(compare) != 0
-    assert "compare: got" in capsys.readouterr().err
+    pybullet = json.dumps({"pybullet/walk/default": FOUND.as_list()})
+    for text in ("[1]", "{}", "1", '{"mujoco/walk/default": ["a", 1.0, 2.0]}', pybullet, "{" * 999):
+        file.write_text(text)
+        assert cli.main(compare) != 0
+        assert "compare: got" in capsys.readouterr().err
 
 
 # -- measuring -------------------------------------------------------------------------------------

@@ -41,6 +41,5 @@ def test_what_cannot_be_written_is_refused_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "file").touch()
-    for words in (["--period", "nan"], ["--period", "0"], ["--out", str(tmp_path / "file" / "x")]):
-        assert main(["write", "ros2_control", *words]) == EXIT_USAGE
-        assert len(capsys.readouterr().err.splitlines()) == 1
+    assert main(["write", "ros2_control", "--out", str(tmp_path / "file" / "x")]) == EXIT_USAGE
+    assert len(capsys.readouterr().err.splitlines()) == 1
