@@ -1,7 +1,8 @@
 """Every topic that a node or tool subscribes to gets messages that nobody should send.
 
 The messages are made from their types: each field in turn becomes hostile. Each is refused, or
-taken, in at most one short line, without an exception, much time or much memory.
+taken, in at most one short line, without an exception, much time or much memory; and whatever is
+published then is finite. So are the values of parameters, and services are called in any order.
 """
 
 import array
@@ -16,8 +17,11 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -139,10 +143,12 @@ def subjects(folder: Path, robot: Any) -> Iterator[tuple[str, Any, float, Callab
     from gait_lab.drive import calibrate, teach, teleop
     from gait_lab.record.recorder import TopicRecorder
     from gait_lab.view.viewer import Viewer, serve
+    from lola_bridge.ros.node import LolaBridgeNode
     from nao_lipm_gait.ros.node import GaitNode
     from nao_soccer.ros.player_node import PlayerNode
     from nao_soccer.ros.referee_node import RefereeNode
     from nao_soccer.ros.vision_node import VisionNode
+    from sim_bridge.lola.node import LolaServerNode
     from sim_bridge.ros.node import BridgeNode
     from sim_bridge.trials.calibration_procedure import Procedure
 
@@ -155,6 +161,11 @@ def subjects(folder: Path, robot: Any) -> Iterator[tuple[str, Any, float, Callab
     yield "vision", VisionNode(), SLOW, nothing
     yield "player", PlayerNode(), SLOW, nothing
     yield "referee", RefereeNode(), SLOW, nothing
+    server_node = LolaServerNode()
+    yield "lola_server", server_node, TICK, server_node.begin
+    driver, link = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    with driver, patch.object(LolaBridgeNode, "_connect", lambda _: link):
+        yield "lola_bridge", LolaBridgeNode(), TICK, nothing
     tool = rclpy.create_node("tool")
     calibrate._RobotClient(tool, Procedure())
     teach._RobotClient(tool, robot)
@@ -184,6 +195,16 @@ def subjects(folder: Path, robot: Any) -> Iterator[tuple[str, Any, float, Callab
         recorder.close()
 
 
+def inputs(node: Any, robot: Any) -> Iterator[tuple[str, Callable[[], None]]]:
+    """Names of hostile messages for each subscription of a node, and the calls with them."""
+    for subscription in list(node.subscriptions):
+        info = [{"received_timestamp": 1, "source_timestamp": 1}]
+        extra = info * subscription._callback_type.value
+        for field, message in messages(subscription, robot):
+            call = partial(subscription.callback, message, *extra)
+            yield f"{subscription.topic_name}, {field}", call
+
+
 def messages(subscription: Any, robot: Any) -> Iterator[tuple[str, Any]]:
     """Hostile messages for a subscription; as bytes for one that takes bytes."""
     from rclpy.serialization import serialize_message
@@ -201,10 +222,53 @@ def messages(subscription: Any, robot: Any) -> Iterator[tuple[str, Any]]:
             yield f"{length} bytes", bytes(length)
 
 
+def not_finite(message: Any) -> Iterator[str]:
+    """Fields of a message, and of those in it, whose numbers are not finite."""
+    for field in message.get_fields_and_field_types():
+        value = getattr(message, field)
+        parts = value if isinstance(value, list) else [value]
+        if parts and hasattr(parts[0], "get_fields_and_field_types"):
+            yield from (f"{field}.{name}" for part in parts for name in not_finite(part))
+        elif isinstance(value, float | np.ndarray | array.array) and len(np.atleast_1d(value)):
+            numbers = np.atleast_1d(value)
+            if numbers.dtype.kind == "f" and not np.isfinite(numbers).all():
+                yield field
+
+
+VALUES = (
+    *FLOATS, -1, 0, 2**63 - 1, True, "", TEXT, "a/../b", "/dev/zero", [1.0, math.nan], ["a"] * 1000,
+)  # fmt: skip
+"""Hostile values of a parameter."""
+
+
+def requests(node: Any) -> Iterator[tuple[str, Callable[[], str]]]:
+    """Names of services without arguments and of parameters, and calls that return what is said."""
+    from rclpy.parameter import Parameter
+    from std_srvs.srv import Trigger
+
+    def set_and_back(name: str, value: Any) -> str:
+        before = node.get_parameter(name)
+        result = node.set_parameters_atomically([Parameter(name, value=value)])
+        if result.successful:
+            node.set_parameters_atomically([before])
+        return str(result.reason)
+
+    def called(service: Any) -> str:
+        return str(service.callback(Trigger.Request(), Trigger.Response()).message)
+
+    for service in node.services:
+        if service.srv_type is Trigger:
+            yield service.srv_name, partial(called, service)
+    for name in sorted(node._parameters):
+        for number, value in enumerate(VALUES):
+            yield f"{name} {number}", partial(set_and_back, name, value)
+
+
 def send_all(folder: Path, every: int) -> int:
     """Send each `every`-th message; prints what is wrong and the slowest, returns the number."""
     import rclpy
     from rclpy.impl.rcutils_logger import RcutilsLogger
+    from rclpy.publisher import Publisher
 
     from robot_core.robot import load_robot
     from sim_bridge.trials.calibration_procedure import CalibrationError
@@ -212,39 +276,45 @@ def send_all(folder: Path, every: int) -> int:
     gc.disable()  # the nodes collect after their answers, what they made since their start
     lines: list[str] = []
     RcutilsLogger.log = lambda _, message, *__, **___: lines.append(message)
-    parameters = ("sim_bridge:engine:=mujoco", "referee:scene:=pitch_small")
+    Publisher.publish = lambda self, message: published.append((self.topic_name, message))
+    published: list[tuple[str, Any]] = []
+    parameters = (
+        "sim_bridge:engine:=mujoco", "sim_bridge:ball:=true", "referee:scene:=pitch_small",
+        "lola_server:engine:=mujoco", f"lola_server:socket:={folder}/lola",
+    )  # fmt: skip
     rclpy.init(args=["--ros-args", *(word for each in parameters for word in ("-p", each))])
     robot, number, count, slowest = load_robot(), 0, 0, (0.0, "")
     for name, node, seconds, step in subjects(folder, robot):
         gc.freeze()
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, resource.RLIM_INFINITY))
-        for subscription in list(node.subscriptions):
-            info = [{"received_timestamp": 1, "source_timestamp": 1}]
-            extra = info * subscription._callback_type.value
-            for field, message in messages(subscription, robot):
-                number += 1
-                if number % every:
-                    continue
-                count += 1
-                where = f"{name}, {subscription.topic_name}, {field}"
-                began, spent = time.thread_time(), 0.0
-                try:
-                    subscription.callback(message, *extra)
-                    spent = time.thread_time() - began
-                    step()
-                except CalibrationError as error:  # `nao_gait calibrate` ends with this line
-                    lines.append(str(error))
-                except Exception as error:
-                    last = traceback.extract_tb(error.__traceback__)[-1]
-                    print(f"{where}: {type(error).__name__} {error} {last.name}"[:300])
-                slowest = max(slowest, (spent / seconds, where))
-                if spent > seconds:
-                    print(f"{where}: {1e3 * spent:.0f} ms")
-                for line in lines:
-                    if len(line) > LONGEST or not line.isprintable():
-                        print(f"{where}: {line[:80]!r}")
-                lines.clear()
+        for what, call in chain(inputs(node, robot), requests(node)):
+            number += 1
+            if number % every:
+                continue
+            count += 1
+            where = f"{name}, {what}"
+            began, spent = time.thread_time(), 0.0
+            try:
+                lines.append(call() or "")
+                spent = time.thread_time() - began
+                step()
+            except CalibrationError as error:  # `nao_gait calibrate` ends with this line
+                lines.append(str(error))
+            except Exception as error:
+                last = traceback.extract_tb(error.__traceback__)[-1]
+                print(f"{where}: {type(error).__name__} {error} {last.name}"[:300])
+            slowest = max(slowest, (spent / seconds, where))
+            if spent > seconds:
+                print(f"{where}: {1e3 * spent:.0f} ms")
+            for line in lines:
+                if len(line) > LONGEST or not line.isprintable():
+                    print(f"{where}: {line[:80]!r}")
+            lines.clear()
+            for topic, message in published:
+                for field in not_finite(message):
+                    print(f"{where}: {topic} {field} is not finite")
+            published.clear()
         resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     print(f"the slowest message took {100 * slowest[0]:.0f} % of its time: {slowest[1]}")
     return count
