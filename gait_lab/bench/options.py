@@ -5,14 +5,16 @@ import math
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from nao_lipm_gait.parameters import BY_NAME, GaitParameters
 from robot_core.errors import NaoGaitError
 from robot_core.resources import names
-from robot_core.schema import Anything, Choice, Kind, Number, value_of
+from robot_core.schema import Anything, Choice, Kind, Number, require_writable, value_of
+from sim_bridge.engines.registry import ENGINES
 from sim_bridge.plant import Plant, load_plant, option_text, parse_options, with_options
-from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.parallel import MOST, parallel_map
 from sim_bridge.trials.result_cache import ResultCache
 from sim_bridge.trials.tasks import SPEED_TASKS
 
@@ -30,6 +32,7 @@ class Option:
         minimum: Smallest allowed value.
         maximum: Largest allowed value.
         choices: All allowed values; empty if they are not listed.
+        writes: `file` or `folder`: the suite ends with writing it, which is tried before.
     """
 
     default: Any
@@ -40,6 +43,7 @@ class Option:
     minimum: float = -math.inf
     maximum: float = math.inf
     choices: tuple[str, ...] = ()
+    writes: str = ""
 
     @property
     def repeated(self) -> bool:
@@ -72,15 +76,19 @@ class Option:
         """Raise NaoGaitError if the value, or an item of it, is not allowed."""
         for each in value if self.repeated else (value,):
             self._kind.check(self.flags[0].lstrip("-"), each)
+        if self.writes and value:
+            require_writable(Path(value), self.flags[0].lstrip("-"), folder=self.writes == "folder")
 
 
+MOST_ROBOTS = 10_000
+"""Robots, or what else is repeated, of a run."""
 SHARED: Mapping[str, Option] = {
-    "robots": Option(8, "number of robots", "N", minimum=1),
+    "robots": Option(8, "number of robots", "N", minimum=1, maximum=MOST_ROBOTS),
     "seed": Option(
         0, "seed of the first robot, the others have the next ones; -1 is the nominal robot", "S",
-        minimum=-1,
+        minimum=-1, maximum=2**31 - 1,
     ),
-    "engine": Option("mujoco", "physics engine: mujoco or pybullet", "E"),
+    "engine": Option("mujoco", "physics engine: mujoco or pybullet", "E", choices=ENGINES),
     "plant": Option("reference", f"shipped name ({', '.join(names('plants'))}) or YAML file", "P"),
     "plant_options": Option(
         (), "override one option of the plant, e.g. motor.play=0.035", "OPTION=VALUE",
@@ -109,7 +117,8 @@ SHARED: Mapping[str, Option] = {
     "attempts": Option(1, "attempts of each robot", "N", minimum=1, maximum=1000),
     "resume": Option("", "file of finished runs: those in it are not run again, others are added",
                      "FILE"),
-    "jobs": Option(None, "processes (all cores)", "N", ("--jobs", "--workers"), int, minimum=1),
+    "jobs": Option(None, "processes (all cores)", "N", ("--jobs", "--workers"), int, minimum=1,
+                   maximum=MOST),
 }  # fmt: skip
 """Options that several suites have."""
 EVERY_SUITE = ("seed", "engine", "plant", "plant_options", "urdf", "jobs")

@@ -21,7 +21,7 @@ TARGETS = "centre mark", "penalty mark", "corner"
     options={
         "robots": 20,
         "challenges": Option(NAMES, "which one", "NAME", ("--challenge",), choices=NAMES),
-        "limit": Option(LIMIT, "time [s] for one attempt", "T", minimum=1.0),
+        "limit": Option(LIMIT, "time [s] for one attempt", "T", minimum=1.0, maximum=3600.0),
     },
     gait=False, quick=({"robots": 4},),
 )  # fmt: skip

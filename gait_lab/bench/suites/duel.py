@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gait_lab.bench.options import Option, Options
+from gait_lab.bench.options import MOST_ROBOTS, Option, Options
 from gait_lab.bench.policies import NAMES, POLICIES, policies
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
@@ -101,7 +101,8 @@ def _place(bearing: float, random: np.random.Generator) -> Pose2:
 @suite(
     "duel", "Duels", "two robots and a ball between them: metres gained, ball at rest, falls",
     options={
-        "robots": Option(4, "pairs of robots; each plays from every angle", "N", minimum=1),
+        "robots": Option(4, "pairs of robots; each plays from every angle", "N", minimum=1,
+                         maximum=MOST_ROBOTS),
         "angles": Option(
             8, "angles between the robots' line and the field, around the clock", "N", minimum=1,
             maximum=360,

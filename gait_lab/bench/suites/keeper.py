@@ -136,7 +136,8 @@ class _Shot:
     options={
         "robots": 20, "attempts": ..., "scene": ...,
         "targets": Option(TARGETS, "where shots go", "TARGET", ("--target",), choices=TARGETS),
-        "limit": Option(LIMIT, "time [s] to stand again after a shot", "T", minimum=1.0),
+        "limit": Option(LIMIT, "time [s] to stand again after a shot", "T", minimum=1.0,
+                        maximum=3600.0),
     },
     gait=False, quick=({"robots": 4},),
 )  # fmt: skip

@@ -3,7 +3,7 @@
 import statistics
 from collections.abc import Iterator
 
-from gait_lab.bench.options import Option, Options
+from gait_lab.bench.options import MOST_ROBOTS, Option, Options
 from gait_lab.bench.policies import NAMES, POLICIES, policies
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
@@ -17,7 +17,8 @@ SILENCE_FROM = 25.0
 @suite(
     "match", "Matches", "goals, falls and roles in matches of two teams",
     options={
-        "robots": Option(10, "number of matches", "N", ("--matches", "--robots"), minimum=1),
+        "robots": Option(10, "number of matches", "N", ("--matches", "--robots"), minimum=1,
+                         maximum=MOST_ROBOTS),
         "minutes": Option(2.0, "simulated minutes of a half", "M", minimum=0.1, maximum=60.0),
         "scene": ...,
         "loss": Option(0.0, "share of team messages that are lost", "P", minimum=0.0, maximum=1.0),

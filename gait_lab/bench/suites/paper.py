@@ -75,7 +75,7 @@ def score_rows(base: str, score: Score) -> Iterator[Row]:
         ),
         "push": Option(True, "without pushes", "", ("--no-push",)),
         "out": Option(None, "write the paper's figures 4, 6 and 7 as PNG to this folder", "DIR",
-                      parse=Path),
+                      parse=Path, writes="folder"),
     },
     quick=({"robots": 2, "window": 4.0, "phases": 2},), check=tasks_of, applies=is_nao,
 )  # fmt: skip

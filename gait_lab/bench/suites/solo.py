@@ -104,7 +104,8 @@ def _start(spec: SoloSpec) -> tuple[Pose2, Point2]:
     "solo", "Goals of a robot alone", "time in which a robot alone scores, from anywhere",
     options={
         "robots": 20, "attempts": ..., "scene": ...,
-        "limit": Option(LIMIT, "a trial ends after this time [s]", "T", minimum=1.0),
+        "limit": Option(LIMIT, "a trial ends after this time [s]", "T", minimum=1.0,
+                        maximum=3600.0),
         "rendered": Option(False, "robots see rendered images, not percepts by the model"),
     },
     gait=False, quick=({"robots": 6},),

@@ -30,7 +30,8 @@ def can_render(options: Options) -> bool:
     "what a robot sees of ball, lines, crossings, posts and robots on rendered walks",
     options={
         "robots": 20, "seed": 40, "window": 3.0,
-        "percept_errors": Option("", "also write the fitted errors of percepts to a file", "FILE"),
+        "percept_errors": Option("", "also write the fitted errors of percepts to a file", "FILE",
+                                 writes="file"),
     },
     gait=False, quick=({"robots": 1, "window": 1.5},), applies=can_render,
 )  # fmt: skip
