@@ -69,14 +69,17 @@ def given(words: tuple[str, ...], each: Argument, word: str, folder: Path) -> tu
     (command,) = (known for name, known in commands(cli.COMMANDS) if name == words)
     line = list(words)
     for other in command.arguments:
-        option = other.flags[-1].startswith("-")
-        if other is not each and option and not other.options.get("required"):
+        option, count = other.flags[-1].startswith("-"), other.options.get("nargs", 1)
+        needed = other.options.get("required") if option else count not in ("?", "*")
+        if other is not each and not needed:
             continue
         text = word if other is each else str(folder / "other.yaml")
-        count = other.options.get("nargs", 1)
-        line += [f"{other.flags[-1]}={text}"] if option and count == 1 else []
-        line += [other.flags[-1], text, *["0"] * (count - 1)] if option and count != 1 else []
-        line += [] if option else [text]
+        if not option:
+            line.append(text)
+        elif isinstance(count, int) and count > 1:
+            line += [other.flags[-1], text, *["0"] * (count - 1)]
+        else:
+            line.append(f"{other.flags[-1]}={text}")
     return tuple(line)
 
 
