@@ -13,26 +13,25 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from gait_lab.bench.options import Options
-from gait_lab.bench.ros_replay import replay_over_ros, ros_is_installed
+from gait_lab.bench.ros_replay import ReplayTimes, replay_over_ros, ros_is_installed
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
 from gait_lab.bench.suites.faults import fault_run
-from gait_lab.bench.wake_up import Sleeper, sleep_until
+from gait_lab.bench.wake_up import Sleeper, deviations, sleep_until
 from gait_lab.demo.node_processes import may_run_in_real_time, real_time_priority
 from gait_lab.faults.harness import PERIOD, Fault, Harness
 from gait_lab.faults.messages import Delivery, Message
 from nao_lipm_gait.gait import ON_THE_WAY
 from nao_lipm_gait.presets import preset_for
 from nao_lipm_gait.runtime.controller import ControllerSettings, GaitController
-from nao_lipm_gait.runtime.inputs import Input
 from nao_lipm_gait.runtime.latency import GarbageScheduler
 from nao_lipm_gait.runtime.reports import quantile
+from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 from robot_core.types import VelocityCommand
 
@@ -42,19 +41,6 @@ START_TIME = 1.0
 BUSY = "while True: sum(range(1000))"
 Script = list[list[Message]]
 """The messages of the robot in each tick."""
-
-
-@dataclass(frozen=True, slots=True)
-class Replay:
-    """Sorted times [s] of a replay in this process, and the answers more than a period late.
-
-    `wake` and `machine`: how late it and a process that only sleeps woke up; `tick`: the answer.
-    """
-
-    wake: tuple[float, ...]
-    machine: tuple[float, ...]
-    tick: tuple[float, ...]
-    misses: int
 
 
 class _Listener(Fault):
@@ -82,15 +68,7 @@ def realtime(options: Options) -> Iterator[Row | str]:
     for load in ("quiet", "loaded"):
         for collector in ("automatic", "kept"):
             with _burners(load):
-                one = _replay(options, script, keeper=collector == "kept")
-            yield from rows_of(
-                f"{load}_{collector}",
-                ("wake_p99", "ms", 1e3 * quantile(one.wake, 0.99)),
-                ("machine_wake_p99", "ms", 1e3 * quantile(one.machine, 0.99)),
-                ("tick_p99", "ms", 1e3 * quantile(one.tick, 0.99)),
-                ("tick_max", "ms", 1e3 * one.tick[-1]),
-                ("missed", "ticks", one.misses),
-            )
+                yield from _replay(f"{load}_{collector}", options, script, collector == "kept")
     if ros_is_installed():
         yield from _over_ros(options, script)
     yield (
@@ -111,17 +89,35 @@ def _over_ros(options: Options, script: Script) -> Iterator[Row]:
     for load in ("quiet", "loaded"):
         for priority, taken in priorities.items():
             with _burners(load), taken():
-                one = replay_over_ros(script, PERIOD, _node_parameters(options))
-            yield from rows_of(
-                f"ros_{load}_{priority}",
-                ("latency_p50", "ms", 1e3 * quantile(one.latency, 0.5)),
-                ("latency_p99", "ms", 1e3 * quantile(one.latency, 0.99)),
-                ("latency_p99_net", "ms", 1e3 * one.latency_excess),
-                ("period_p99", "ms", 1e3 * quantile(one.period, 0.99)),
-                ("period_p99_net", "ms", 1e3 * one.period_excess),
-                ("machine_wake_p99", "ms", 1e3 * quantile(one.machine_wake, 0.99)),
-                ("missed", "ticks", one.misses),
-            )
+                times = replay_over_ros(script, PERIOD, _node_parameters(options))
+            yield from ros_rows(f"ros_{load}_{priority}", times, PERIOD)
+
+
+def ros_rows(name: str, times: ReplayTimes, period: float) -> list[Row]:
+    """Latency and period of the answers, and what is left of them without the machine's own.
+
+    Raises:
+        NaoGaitError: Fewer than two answers, of which nothing can be said.
+    """
+    pairs = zip(times.sent, times.answered, strict=True)
+    latency = sorted(after - before for before, after in pairs if after is not None)
+    answers = sorted(each for each in times.answered if each is not None)
+    if len(answers) < 2:
+        found = f"{len(answers)} answers to {len(times.sent)} joint states"
+        raise NaoGaitError("replay over ROS 2", found, "a gait that answers")
+    woken = [index * period + late for index, late in enumerate(times.machine)]
+    late, wake = quantile(latency, 0.99), quantile(sorted(times.machine), 0.99)
+    jitter, own = (quantile(deviations(each, period), 0.99) for each in (answers, woken))
+    return rows_of(
+        name,
+        ("latency_p50", "ms", 1e3 * quantile(latency, 0.5)),
+        ("latency_p99", "ms", 1e3 * late),
+        ("latency_p99_net", "ms", 1e3 * (late - wake)),
+        ("period_p99", "ms", 1e3 * jitter),
+        ("period_p99_net", "ms", 1e3 * (jitter - own)),
+        ("machine_wake_p99", "ms", 1e3 * wake),
+        ("missed", "ticks", len(times.sent) - sum(each <= period for each in latency)),
+    )
 
 
 def _node_parameters(options: Options) -> dict[str, object]:
@@ -141,7 +137,11 @@ def _record(options: Options) -> Script:
     return [listener.messages.get(tick, []) for tick in range(1, ticks + 1)]
 
 
-def _replay(options: Options, script: Script, keeper: bool) -> Replay:
+def _replay(name: str, options: Options, script: Script, keeper: bool) -> list[Row]:
+    """The times of a replay in this process.
+
+    How late it and a process that only sleeps woke up, and how long the answers took.
+    """
     controller = GaitController(
         load_robot(options.urdf), options.parameters, ControllerSettings(PERIOD), time.monotonic
     )
@@ -156,7 +156,7 @@ def _replay(options: Options, script: Script, keeper: bool) -> Replay:
             due = begin + index * PERIOD
             late = sleep_until(due)
             for message in messages:
-                controller.receive(message.topic, partial(_content, message))
+                controller.receive(message.topic, partial(getattr, message, "content"))
             done = time.monotonic() - due
             if garbage is not None:
                 garbage.after_tick(resting=controller.state not in ON_THE_WAY)
@@ -167,13 +167,14 @@ def _replay(options: Options, script: Script, keeper: bool) -> Replay:
     if garbage is not None:
         garbage.close()
     gc.unfreeze()
-    return Replay(
-        tuple(sorted(wake)), tuple(sorted(machine)), tuple(sorted(ticks)), misses
+    return rows_of(
+        name,
+        ("wake_p99", "ms", 1e3 * quantile(sorted(wake), 0.99)),
+        ("machine_wake_p99", "ms", 1e3 * quantile(sorted(machine), 0.99)),
+        ("tick_p99", "ms", 1e3 * quantile(sorted(ticks), 0.99)),
+        ("tick_max", "ms", 1e3 * max(ticks)),
+        ("missed", "ticks", misses),
     )
-
-
-def _content(message: Message) -> Input:
-    return message.content
 
 
 @contextmanager
