@@ -51,8 +51,8 @@ class Timed(Protocol):
 class Fault:
     """A disturbance of the robot, the gait, the operator, or of the messages between them.
 
-    This base class disturbs nothing. A subclass overrides the methods of what it disturbs.
-    It draws its random properties in its constructor.
+    This base class disturbs nothing. A subclass overrides the methods of what it disturbs, and
+    `_draw`, in which it draws its random properties.
 
     Attributes:
         why: Why robots fall, for the table; empty if they do not.
@@ -60,6 +60,7 @@ class Fault:
         settings: ControllerSettings of the gait; a fault for comparison may replace them.
         says: Parts of the warnings that explain a stop by this fault; used by the scopes `soccer`
             and `robot`.
+        span: Shortest and longest time [s] of a fault that ends by itself; log-uniform.
         begin: Time at which the fault begins [s]; the robot walks by then.
         duration: Time for which it acts [s].
     """
@@ -68,11 +69,18 @@ class Fault:
     end = 6.0
     settings = ControllerSettings()
     says: tuple[str, ...] = ()
+    span: tuple[float, float] | None = None
     duration = math.inf
 
     def __init__(self, random: np.random.Generator) -> None:
         self.random = random
         self.begin = float(random.uniform(2.0, 3.0))
+        if self.span is not None:
+            self.duration = float(np.exp(random.uniform(*np.log(self.span))))
+        self._draw(random)
+
+    def _draw(self, random: np.random.Generator) -> None:
+        pass
 
     def individual(self, seed: int) -> int:
         """Seed of the robot in the run with this seed; drawn after the command."""
@@ -107,15 +115,9 @@ class Fault:
 
 
 class TemporaryFault(Fault):
-    """A fault that ends by itself, after a log-uniformly distributed duration."""
+    """A fault that ends by itself."""
 
-    shortest, longest = 0.05, 2.0
-    """[s] Limits of the duration."""
-
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
-        low, high = np.log((self.shortest, self.longest))
-        self.duration = float(np.exp(random.uniform(low, high)))
+    span = (0.05, 2.0)
 
 
 class WatchedGait:

@@ -21,8 +21,7 @@ class Healthy(Fault):
 
     end = 60.0
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._commands = RandomCommands(random.integers(2**31, size=2).tolist())
         self._kind, self._push_at, self._down = 1.0, 0.0, 0
 

@@ -14,8 +14,7 @@ class Loss(Fault):
     why = "the feedback has gaps."
     most = 0.2
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self.share = float(random.uniform(0.01, self.most))
 
     def _lost(self, harness: Harness) -> bool:
@@ -42,8 +41,8 @@ class Bursts(Loss):
 
     why = "the feedback has gaps."
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
+        super()._draw(random)
         self._length = float(random.uniform(0.02, 0.15))
         self._apart = float(random.uniform(0.3, 1.0))
 
@@ -63,8 +62,7 @@ class Latency(Fault):
         "not the delay of its commands."
     )
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._most = int(random.integers(1, 7))
         self._jitter = bool(random.integers(2))
         self._arrival = {"": 0}
@@ -97,8 +95,7 @@ class WanderingAge(Fault):
     STEPS = 0.3
     """Probability of a step of the random walk in each control period."""
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self.most = 6
         self._late = int(random.integers(self.most + 1))
         self._stepped_at = self._arrival = 0
@@ -122,8 +119,7 @@ class LateController(Fault):
 
     why = "up to 50 ms are added to a loop that predicts over 60 ms."
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._ticks = int(random.integers(1, 6))
         self._share = float(random.choice((0.05, 0.3, 1.0)))
         self._arrival = 0
@@ -141,10 +137,9 @@ class StarvedProcessor(TemporaryFault):
     """The gait repeatedly gets no processor time for 20 to 300 ms."""
 
     why = "as for silence."
-    shortest, longest = 0.02, 0.3
+    span = (0.02, 0.3)
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._apart = float(random.uniform(0.4, 1.5)) + self.duration
 
     def _left(self, harness: Timed) -> float:

@@ -29,8 +29,7 @@ class GaitRestart(Fault):
     why = "until the new gait runs, the robot holds the last targets, on one leg."
     end = 8.0
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._back = self.begin + float(random.uniform(0.1, 1.0))
 
     def before_physics(self, harness: Harness) -> None:
@@ -47,8 +46,7 @@ class BridgeReset(Fault):
 
     end = 8.0
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._done = False
 
     def before_physics(self, harness: Harness) -> None:
@@ -63,8 +61,7 @@ class BridgeRestart(Fault):
 
     end = 8.0
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._silence = int(random.integers(10, 100))
         self._restarted_at: int | None = None
 
@@ -90,8 +87,7 @@ class BridgeRestart(Fault):
 class TwoDrivers(Fault):
     """A second sender on cmd_vel commands other velocities, at 2 to 50 Hz."""
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._every = int(random.integers(2, 50))
         self._velocity = random.uniform((-0.2, -0.1, -0.8), (0.3, 0.1, 0.8)).tolist()
         self._stop = random.uniform() < 0.3
@@ -112,8 +108,7 @@ class TwoGaits(Fault):
 
     why = "when the first gait ends, the second takes over in mid-step with a standing posture."
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._first_ends = random.uniform() < 0.3
 
     def before_physics(self, harness: Harness) -> None:
@@ -128,8 +123,7 @@ class TwoGaits(Fault):
 class Parameters(Fault):
     """Every 50 to 500 ms a parameter changes, by up to 10 % or to an invalid value."""
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._every = int(random.integers(5, 50))
 
     def before_physics(self, harness: Harness) -> None:

@@ -21,8 +21,7 @@ class WeakMotor(Fault):
     why = "a leg can no longer carry the load of a step."
     share = (0.2, 0.8)
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._leg_joint = int(random.integers(12))
         self._share = float(random.uniform(*self.share))
         self._done = False
@@ -45,10 +44,9 @@ class SlipperyPatch(TemporaryFault):
     """Friction 0.05 to 0.3 under both soles for 0.2 to 2 s."""
 
     why = "the soles slip."
-    shortest, longest = 0.2, 2.0
+    span = (0.2, 2.0)
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._friction = float(random.uniform(0.05, 0.3))
         self._slippery = False
 
@@ -64,15 +62,14 @@ class PickedUp(TemporaryFault):
     """Lifted by the torso, held in the air for 1 to 3 s, put down gently."""
 
     why = "it is put down tilted, and rocks while it settles into its stand."
-    shortest, longest = 1.0, 3.0
+    span = (1.0, 3.0)
     end = 9.0
     LIFT = 0.08
     """[m] above the floor."""
     RAMP = 0.5
     """[s] of lifting, and of putting down."""
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._start: np.ndarray | None = None
 
     def before_physics(self, harness: Harness) -> None:

@@ -37,8 +37,7 @@ class Frozen(TemporaryFault):
         "moved by 0.02 rad."
     )
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._frozen = ((JointInput,), (ImuInput,), (JointInput, ImuInput))[random.integers(3)]
         self._values: dict[type, JointInput | ImuInput] = {}
 
@@ -59,8 +58,7 @@ class JointDropout(TemporaryFault):
 
     why = "a single frozen leg joint is not detected."
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._joint = int(random.integers(JOINTS))
         self._kind = ("missing", "zero", "stuck")[random.integers(3)]
         self._value: float | None = None
@@ -88,8 +86,7 @@ class NotANumber(TemporaryFault):
 
     why = "no gyro for most of a second, while the robot stops."
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._share = float(random.uniform(0.05, 1.0))
         self._joints = bool(random.integers(2))
 
@@ -113,8 +110,7 @@ class Spikes(Fault):
 
     why = "errors below the validation limits reach the ankles through the gyro feedback."
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._share = float(random.uniform(0.01, 0.1))
 
     def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
@@ -141,8 +137,7 @@ class BiasJump(Fault):
 
     why = "the error tilts the robot faster than the estimators adapt."
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._joint = int(random.integers(JOINTS))
         self._angle = float(random.uniform(-0.052, 0.052))
         self._rate = random.uniform(-0.1, 0.1, 2).tolist()
@@ -166,7 +161,7 @@ class BiasJump(Fault):
 class ImuOutage(TemporaryFault):
     """No IMU message for 0.05 s or longer, up to the end."""
 
-    longest = 20.0
+    span = (0.05, 20.0)
 
     def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
         """Drop every IMU message."""

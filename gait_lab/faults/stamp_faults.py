@@ -25,8 +25,7 @@ def shifted(message: Message, nanoseconds: int) -> Message:
 class Repeated(Fault):
     """5 to 50 % of the sensor messages arrive twice or three times."""
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._share = float(random.uniform(0.05, 0.5))
 
     def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
@@ -40,8 +39,7 @@ class Repeated(Fault):
 class Reordered(Fault):
     """2 to 20 % of the sensor messages arrive 1 to 5 ticks late, out of order."""
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._share = float(random.uniform(0.02, 0.2))
 
     def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
@@ -53,8 +51,7 @@ class Reordered(Fault):
 class Outliers(TemporaryFault):
     """The stamps of 5 to 30 % of the sensor messages are wrong by 0.1 to 1000 s."""
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._share = float(random.uniform(0.05, 0.3))
 
     def on_sensor(self, harness: Harness, message: Message) -> Iterable[Delivery[Message]]:
@@ -69,8 +66,7 @@ class Outliers(TemporaryFault):
 class Jitter(Fault):
     """Random stamp errors, at most 1 to 4.5 ms, equal within one tick."""
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self._size = float(random.uniform(1e6, 4.5e6))
         self._shifted_tick, self._shift = -1, 0
 
@@ -89,8 +85,7 @@ class Jump(Fault):
 
     why = "a jump of up to 0.2 s forward looks like lost messages, and the walk continues."
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         size = 10.0 ** float(random.uniform(-1.7, 2.0))
         self._shift = int(random.choice((-1, 1))) * round(size * 100.0) * 10_000_000
 
