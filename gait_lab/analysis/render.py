@@ -1,31 +1,38 @@
-"""Pictures of the robot: poses put into a PyBullet scene and drawn by its software renderer."""
+"""Pictures of the robot by PyBullet's software renderer: no display and no OpenGL is needed."""
 
+import math
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robot_core.geometry import rotation_matrix
 from robot_core.robot import RobotDescription
+from robot_core.robot.camera import CameraView, Intrinsics, looking
 from robot_core.types import FloatArray
 from sim_bridge.body import Body
-from sim_bridge.engines.simulation_urdf import simulation_urdf
 from sim_bridge.individual import Individual
+from sim_bridge.shapes import Shape
+from sim_bridge.surroundings import Fixture, Surroundings
 
 Image = NDArray[np.uint8]
 """(height, width, 3) red, green, blue."""
 
-_FLOOR = (0.93, 0.93, 0.91, 1.0)
-_TILE = (0.80, 0.82, 0.84, 1.0)
-_TILE_SIZE = 0.25
+_COLORS = (0.80, 0.82, 0.84, 1.0), (0.93, 0.93, 0.91, 1.0)
+_TILE_SIZE, _THICKNESS = 0.25, 0.02
 """[m]: progress can be read off the floor."""
 TILE_PERIOD = 2.0 * _TILE_SIZE
 """Period of the pattern of the floor along x and y [m]."""
 _TILES = 14
 """Tiles along each side of the floor."""
+_VIEW = math.radians(42.0)
+"""Vertical angle of view."""
+_LIGHT = {
+    "lightDirection": [1.0, -0.6, 2.2], "lightDistance": 4.0, "lightAmbientCoeff": 0.62,
+    "lightDiffuseCoeff": 0.45, "lightSpecularCoeff": 0.05, "shadow": 1,
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +52,9 @@ class Camera:
     height: float = 0.22
 
 
+CAMERA = Camera()
+
+
 def write_gif(path: Path, images: Sequence[Image], period: float, colours: int) -> None:
     """Write a loop of pictures, one each `period` [s]; GIF knows multiples of 10 ms."""
     import PIL.Image
@@ -59,92 +69,55 @@ def write_gif(path: Path, images: Sequence[Image], period: float, colours: int) 
     )  # fmt: skip
 
 
-class Renderer(AbstractContextManager["Renderer"]):
-    """A robot without physics, posed and photographed."""
+class _Floor(Surroundings):
+    """A chequered floor around the origin."""
+
+    @property
+    def fixtures(self) -> tuple[Fixture, ...]:
+        """The tiles."""
+        places = (np.arange(_TILES) + 0.5 - 0.5 * _TILES) * _TILE_SIZE
+        size = (_TILE_SIZE, _TILE_SIZE, _THICKNESS)
+        return tuple(
+            Fixture("", "tile", Shape("box", size, np.array((x, y, -0.5 * _THICKNESS)), np.eye(3),
+                                      _COLORS[(row + column) % 2]))
+            for row, x in enumerate(places) for column, y in enumerate(places)
+        )  # fmt: skip
+
+
+class Renderer:
+    """A robot without physics on a chequered floor, posed and photographed."""
 
     def __init__(self, robot: RobotDescription, individual: Individual) -> None:
         # Imported there without what PyBullet prints.
-        from sim_bridge.engines.pybullet.library import bullet as pybullet
+        from sim_bridge.engines.pybullet.pictures import PyBulletPictures
 
-        self._bullet = pybullet
-        self._client = pybullet.connect(pybullet.DIRECT)
-        body = Body(robot, individual)
-        with TemporaryDirectory() as folder:
-            path = Path(folder, "robot.urdf")
-            path.write_text(simulation_urdf(body, visual=True), encoding="utf-8")
-            self._robot = pybullet.loadURDF(
-                str(path), useFixedBase=True, physicsClientId=self._client
-            )
-        indices = {}
-        for joint in range(pybullet.getNumJoints(self._robot, physicsClientId=self._client)):
-            info = pybullet.getJointInfo(self._robot, joint, physicsClientId=self._client)
-            indices[info[1].decode()] = joint
-        self._joints = [indices[name] for name in robot.joint_names]
-        # PyBullet places the base by its centre of mass.
-        dynamics = pybullet.getDynamicsInfo(self._robot, -1, physicsClientId=self._client)
-        self._inertial = dynamics[3:5]
-        self._floor: list[int] = []
-
-    def pose(self, position: FloatArray, quaternion: FloatArray, joints: FloatArray) -> None:
-        """Torso link at (3,) [m], xyzw in the world; joints (n,) [rad]."""
-        bullet, client = self._bullet, self._client
-        base = bullet.multiplyTransforms(list(position), list(quaternion), *self._inertial)
-        bullet.resetBasePositionAndOrientation(self._robot, *base, physicsClientId=client)
-        for index, angle in zip(self._joints, joints, strict=True):
-            bullet.resetJointState(self._robot, index, float(angle), physicsClientId=client)
-
-    def lay_floor(self, center: Sequence[float]) -> None:
-        """A chequered floor around a point (x, y) [m], its joints on whole multiples of a tile."""
-        bullet, client = self._bullet, self._client
-        for body in self._floor:
-            bullet.removeBody(body, physicsClientId=client)
-        size, count = _TILE_SIZE, _TILES
-        x, y = (round(value / (2 * size)) * 2 * size for value in center[:2])
-        half = 0.5 * size * count
-        whole = bullet.createVisualShape(
-            bullet.GEOM_BOX, halfExtents=[half, half, 0.01], rgbaColor=_FLOOR,
-            physicsClientId=client,
-        )  # fmt: skip
-        self._floor = [self._plate(whole, x, y, -0.0105)]
-        tile = bullet.createVisualShape(
-            bullet.GEOM_BOX, halfExtents=[size / 2, size / 2, 0.01], rgbaColor=_TILE,
-            physicsClientId=client,
-        )  # fmt: skip
-        for row in range(count):
-            for column in range(row % 2, count, 2):
-                at = (column + 0.5) * size - half, (row + 0.5) * size - half
-                self._floor.append(self._plate(tile, x + at[0], y + at[1], -0.01))
-
-    def _plate(self, shape: int, x: float, y: float, z: float) -> int:
-        body: int = self._bullet.createMultiBody(
-            0.0, -1, shape, basePosition=[x, y, z], physicsClientId=self._client
-        )
-        return body
+        self._pictures = PyBulletPictures([Body(robot, individual)], _Floor(), _LIGHT)
 
     def photograph(
-        self,
-        look_at: Sequence[float],
-        width: int = 320,
-        height: int = 300,
-        camera: Camera | None = None,
-    ) -> Image:
-        """A picture of the scene, looking at the point (x, y) [m]."""
-        view = camera or Camera()
-        bullet, client = self._bullet, self._client
-        seen = bullet.computeViewMatrixFromYawPitchRoll(
-            [look_at[0], look_at[1], view.height], view.distance, view.yaw, view.pitch, 0.0, 2
-        )
-        lens = bullet.computeProjectionMatrixFOV(42.0, width / height, 0.05, 6.0)
-        _, _, pixels, _, _ = bullet.getCameraImage(
-            width, height, seen, lens, lightDirection=[1.0, -0.6, 2.2], lightDistance=4.0,
-            lightAmbientCoeff=0.62, lightDiffuseCoeff=0.45, lightSpecularCoeff=0.05, shadow=1,
-            renderer=bullet.ER_TINY_RENDERER, physicsClientId=client,
-        )  # fmt: skip
-        return np.asarray(pixels, dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
+        self, position: FloatArray, quaternion: FloatArray, joints: FloatArray,
+        look_at: FloatArray, width: int = 320, height: int = 300, camera: Camera = CAMERA,
+    ) -> Image:  # fmt: skip
+        """A picture of a pose; far away the robot is near the origin, where the pattern is alike.
+
+        Args:
+            position: Of the torso (3,) [m] in the world.
+            quaternion: Of the torso, x y z w.
+            joints: (n,) [rad]
+            look_at: x, y [m] that the camera looks at.
+            width: [px]
+            height: [px]
+            camera: The camera.
+        """
+        shift = TILE_PERIOD * np.round(np.asarray(look_at) / TILE_PERIOD)
+        target = np.array((*(np.asarray(look_at) - shift), camera.height))
+        yaw, pitch = math.radians(camera.yaw), math.radians(camera.pitch)
+        away = (math.sin(yaw) * math.cos(pitch), -math.cos(yaw) * math.cos(pitch), -math.sin(pitch))
+        across = 2.0 * math.atan(width / height * math.tan(0.5 * _VIEW))
+        place = target + camera.distance * np.array(away)
+        view = CameraView(Intrinsics.from_fov(width, height, across), looking(place, target))
+        torso = position - (*shift, 0.0), rotation_matrix(quaternion), joints
+        return self._pictures.draw(view, [torso])
 
     def close(self) -> None:
         """Free the engine."""
-        self._bullet.disconnect(physicsClientId=self._client)
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+        self._pictures.close()

@@ -1,6 +1,7 @@
 """Pictures of the robot in a recorded tour: a sheet of the whole tour, and a loop of its walk."""
 
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -62,7 +63,8 @@ def write_pictures(
     fastest = max(range(len(tour)), key=lambda index: tour[index].command.x)
     steady = motion_between(walk, robot, begins[fastest] + SETTLE, begins[fastest + 1])
     rows = loop_rows(steady)
-    with Renderer(robot, draw_individual(load_plant("ideal"), robot, NOMINAL)) as renderer:
+    individual = draw_individual(load_plant("ideal"), robot, NOMINAL)
+    with closing(Renderer(robot, individual)) as renderer:
         files = []
         whole = motion_between(walk, robot, begins[1], begins[-1])
         if len(whole.time):
@@ -85,10 +87,8 @@ def _write_sheet(
     pictures = []
     for time in np.linspace(begins[1] + 1.0, begins[-1] - 0.5, FRAMES):
         row = min(int(np.searchsorted(motion.time, time)), len(motion.time) - 1)
-        position = motion.position[row]
-        renderer.lay_floor(position.tolist())
-        renderer.pose(position, motion.quaternion[row], motion.joints[row])
-        picture = Image.fromarray(renderer.photograph(position.tolist()))
+        pose = motion.position[row], motion.quaternion[row], motion.joints[row]
+        picture = Image.fromarray(renderer.photograph(*pose, motion.position[row, :2]))
         phase = tour[int(np.searchsorted(begins, motion.time[row], side="right")) - 1]
         words = f"{motion.time[row] - begins[0]:.0f} s, {phase.name}"
         ImageDraw.Draw(picture).text((8, 6), words, fill="black")
@@ -102,14 +102,10 @@ def _write_loop(renderer: Renderer, motion: PoseTrace, rows: list[int], path: Pa
     # The camera moves on a straight line at constant speed: the robot sways, the picture does not.
     line = np.polynomial.polynomial.polyfit(motion.time[rows], motion.position[rows, :2], 1)
     pictures = []
-    renderer.lay_floor((0.0, 0.0))
     for row in rows:
+        pose = motion.position[row], motion.quaternion[row], motion.joints[row]
         centre = line[0] + line[1] * motion.time[row]
-        # Near the origin, where the renderer draws shadows; the pattern of the floor repeats.
-        shift = TILE_PERIOD * np.round(centre / TILE_PERIOD)
-        position = motion.position[row] - np.array([*shift, 0.0])
-        renderer.pose(position, motion.quaternion[row], motion.joints[row])
-        pictures.append(renderer.photograph(centre - shift, WIDTH, HEIGHT, CAMERA))
+        pictures.append(renderer.photograph(*pose, centre, WIDTH, HEIGHT, CAMERA))
     write_gif(path, pictures, FRAME_PERIOD, COLOURS)
     return path
 

@@ -1,6 +1,7 @@
 """`nao_gait write gallery`: the moving pictures of the README, walked and played anew."""
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -51,10 +52,9 @@ def _walk(urdf: str, name: str, speed: float, height: float) -> Iterator[Image]:
     gait = Gait(urdf)
     individual = draw_individual(load_plant("ideal"), gait.robot, NOMINAL)
     every, begin = round(PERIOD / 0.01), round(SPEED_UP / 0.01)
-    with Simulation(urdf) as sim, Renderer(gait.robot, individual) as renderer:
+    with Simulation(urdf) as sim, closing(Renderer(gait.robot, individual)) as renderer:
         obs, targets = sim.reset(), None
         camera = Camera(1.75 * height, yaw=38.0, pitch=-12.0, height=0.47 * height)
-        renderer.lay_floor((0.0, 0.0))
         for tick in range(begin + round(LENGTH / 0.01)):
             obs = sim.step(targets)
             if obs.frame:
@@ -65,9 +65,10 @@ def _walk(urdf: str, name: str, speed: float, height: float) -> Iterator[Image]:
                 origin = obs.truth.torso_position * (1.0, 1.0, 0.0)
             if tick >= begin and (tick - begin) % every == 0:
                 position = obs.truth.torso_position - origin
-                renderer.pose(position, obs.truth.torso_quaternion, obs.truth.joint_position)
-                image = renderer.photograph(position[:2].tolist(), *PANEL, camera)
-                picture = PIL.Image.fromarray(image)
+                pose = position, obs.truth.torso_quaternion, obs.truth.joint_position
+                picture = PIL.Image.fromarray(
+                    renderer.photograph(*pose, position[:2], *PANEL, camera)
+                )
                 PIL.ImageDraw.Draw(picture).text((8, 6), name, fill="black")
                 yield np.asarray(picture)
 

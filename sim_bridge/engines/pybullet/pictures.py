@@ -6,9 +6,10 @@ What is seen is in a PyBullet client of its own, so it costs the physics nothing
 import contextlib
 import math
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -51,13 +52,18 @@ _TO_OPENGL = np.diag((1.0, -1.0, -1.0))
 class PyBulletPictures:
     """Renders images of a world."""
 
-    def __init__(self, bodies: Sequence[Body], surroundings: Surroundings) -> None:
+    def __init__(
+        self, bodies: Sequence[Body], surroundings: Surroundings,
+        light: Mapping[str, Any] = _LIGHT,
+    ) -> None:  # fmt: skip
         """Build what is seen.
 
         Args:
             bodies: Of the robots.
             surroundings: What is around them.
+            light: As `getCameraImage` takes it.
         """
+        self._light = light
         with silenced():
             self._client = bullet.connect(bullet.DIRECT)
         self._bodies = bodies
@@ -82,11 +88,16 @@ class PyBulletPictures:
             states: Of the robots.
             ball: None in a world without one.
         """
-        for body, links, state in zip(self._bodies, self._links, states, strict=True):
-            poses = body.link_poses(
-                state.torso_position, state.torso_matrix, state.joint_position
-            )
-            for parts, (position, rotation) in zip(links, poses, strict=True):
+        torsos = [(s.torso_position, s.torso_matrix, s.joint_position) for s in states]
+        return self.draw(view, torsos, ball)
+
+    def draw(
+        self, view: CameraView, torsos: Sequence[tuple[FloatArray, FloatArray, FloatArray]],
+        ball: BallState | None = None,
+    ) -> RgbImage:  # fmt: skip
+        """The same with each torso's position (3,) [m], rotation (3, 3) and joints (n,) [rad]."""
+        for body, links, torso in zip(self._bodies, self._links, torsos, strict=True):
+            for parts, (position, rotation) in zip(links, body.link_poses(*torso), strict=True):
                 self._put(parts, position, rotation)
         if ball is not None:
             self._put(self._ball, ball.position, np.eye(3))
@@ -99,7 +110,7 @@ class PyBulletPictures:
             renderer=bullet.ER_TINY_RENDERER,
             flags=bullet.ER_NO_SEGMENTATION_MASK,
             physicsClientId=self._client,
-            **_LIGHT,
+            **self._light,
         )
         image = np.array(np.reshape(colors, (height, width, 4))[..., :3], dtype=np.uint8)
         image[np.reshape(depth, (height, width)) >= 1.0] = _BACKGROUND
