@@ -186,7 +186,7 @@ _RESULTS = (
     argument("--placo-python", metavar="PATH",
              help="Python of an environment that has placo; without it the section peers is left "
              "out"),
-    argument("--docs", type=Path, metavar="DIR",
+    argument("--docs", writes="folder", metavar="DIR",
              help="folder of results.md and results.csv (docs)"),
     _JOBS,
 )  # fmt: skip
@@ -299,8 +299,9 @@ COMMANDS = {
                      declare=bench.add),
     "compile": Command("the gait as machine code, for long rollouts; the same walk",
                        "gait_lab.compiled.build:compile_gait",
-                       (argument("folder", type=Path, nargs="?", default=Path("build/compiled"),
-                                 metavar="FOLDER", help="target folder (build/compiled)"),)),
+                       (argument("folder", writes="folder", nargs="?",
+                                 default=Path("build/compiled"), metavar="FOLDER",
+                                 help="target folder (build/compiled)"),)),
     "fingerprint": Command("hashes of reference rollouts: same hash, same walk",
                            "gait_lab.bench.fingerprint:command", _FINGERPRINT),
     "results": Command("measure what docs/results.md reports, on one commit",

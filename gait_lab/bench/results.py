@@ -31,7 +31,7 @@ from gait_lab.bench.sweep import Sweep, load_sweep, plain
 from robot_core import schema
 from robot_core.errors import NaoGaitError
 from robot_core.resources import share
-from robot_core.schema import Anything, Group, Settings, Table
+from robot_core.schema import Anything, Choice, Group, Settings, Table
 
 ROOT = Path(gait_lab.__file__).resolve().parents[1]
 CODE = (
@@ -172,6 +172,10 @@ class ResultsOptions:
     placo_python: str | None = None
     jobs: int | None = None
 
+    def __post_init__(self) -> None:
+        for name in self.only:
+            Choice(tuple(results_plan().sections)).check("only", name)
+
     @property
     def file(self) -> Path:
         """The CSV."""
@@ -179,11 +183,8 @@ class ResultsOptions:
 
     @property
     def sections(self) -> dict[str, Section]:
-        """The sections to run; raises NaoGaitError for an unknown name."""
+        """The sections to run."""
         known = results_plan().sections
-        for name in self.only:
-            if name not in known:
-                raise NaoGaitError("only", name, known)
         if "peers" in self.only and self.placo_python is None:
             raise NaoGaitError(
                 "placo-python", "", "a Python with placo (required by the section peers)"

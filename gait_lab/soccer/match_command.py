@@ -57,7 +57,8 @@ def play(
     over_ros = vision == "camera" and eyes is None
     if over_ros and (policy or against):
         given = " ".join((*policy, *against))
-        raise NaoGaitError("--policy", given, "with --vision model or --eyes, without ROS 2")
+        allowed = "with --vision model or --eyes, without ROS 2"
+        raise NaoGaitError("--policy, --against", given, allowed)
     if real_time and vision == "model":
         raise NaoGaitError("--real-time", "with --vision model", "--vision camera")
     if composed and (vision == "model" or eyes is not None):
