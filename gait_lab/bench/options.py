@@ -65,6 +65,8 @@ class Option:
 
     def read(self, text: str) -> Any:
         """The value of a text; raises NaoGaitError if it is none."""
+        if self.writes and not text.strip():
+            raise NaoGaitError(self.flags[0].lstrip("-"), text, "a path")
         try:
             return self._parser(text)
         except NaoGaitError:

@@ -22,6 +22,7 @@ from nao_lipm_gait.presets import preset_for
 from robot_core.errors import NaoGaitError
 from robot_core.robot import load_robot
 from robot_core.schema import require_writable, write_text
+from sim_bridge.scene import load_scene
 from sim_bridge.trials.compiled import is_compiled
 from sim_bridge.trials.tasks import find_task
 
@@ -100,6 +101,7 @@ def _planned(
     _ = options.made_plant  # raises NaoGaitError for a bad one
     for task in options.tasks:
         find_task(task)
+    load_scene(options.scene)
     parameters = with_settings(preset_for(load_robot(options.urdf), preset), settings)
     options = options.but(parameters=parameters)
     suite.check(options)

@@ -149,6 +149,7 @@ RESOURCES = {
     "demo": (*ROBOT, *PLANT, *PRESET, "--tour"), "match": ("--scene",), "rcss": (*ROBOT, *PRESET),
     "teach list": ROBOT, "write kicks --out=new.yaml": ROBOT, "write ros2_control": ROBOT,
     "tune speed": (*ROBOT, "--method", "--confirm-on"), "bench speed": (*ROBOT, *PLANT, *PRESET),
+    "bench ball": ("--scene",),
 }  # fmt: skip
 """Commands, and options that name something that is shipped, or a file of it."""
 

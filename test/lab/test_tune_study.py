@@ -161,7 +161,7 @@ def test_a_bad_file_gives_one_line_and_starts_nothing(
 @pytest.mark.parametrize(
     "more",
     [["--method", "guess"], ["--trials", "0"], ["--workers", "0"], ["--seed", "-1"],
-     ["--engine", "none"], ["--resume"], ["--join"], ["--confirm-on", "moon"]],
+     ["--resume"], ["--join"], ["--confirm-on", "moon"]],
     ids=" ".join,
 )  # fmt: skip
 def test_a_bad_argument_gives_one_line_and_walks_nothing(
