@@ -16,6 +16,7 @@ from nao_lipm_gait.gait import Gait
 from nao_lipm_gait.parameters import load_preset
 from nao_lipm_gait.presets import DEFAULT
 from nao_soccer.behavior.ball_plan import Planner, PlanSettings
+from nao_soccer.behavior.duel import DuelSettings
 from nao_soccer.behavior.kicks import kicks_of
 from nao_soccer.behavior.mind import Decision
 from nao_soccer.behavior.situation import Body
@@ -90,6 +91,7 @@ class ServerPlayer:
             ),
             limits=limits,
             planner=Planner(kicks, limits, ground, goals, PLANS),
+            duel=DuelSettings(receive_ahead=4.0, receive_aside=0.08),  # where a kick ends
         )
         self._orders = GaitOrders(gait, self._size, BALL)
         self._eyes = ServerEyes(robot, self._field, team, number, exact=exact)

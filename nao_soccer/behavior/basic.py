@@ -45,8 +45,6 @@ SUPPORT_PLACES = (
 shares of the field; the first side is the one where the ball is not."""
 RECEIVER = 1
 """The supporter who waits ahead of the ball, on the side where it is not, for what gets through."""
-RECEIVE = 1.2, 0.25
-"""[m] ahead of the ball, and share of the field's width from its middle, where it waits."""
 GOAL_ROOM = 0.8
 """[m] from the opponents' goal line to it at least."""
 CHANGE_SIDE = 0.3
@@ -218,9 +216,9 @@ def support(s: Situation) -> Action:
     x = gx + share * (bx - gx) + ahead * s.field.length
     y = gy + share * (by - gy) + side * aside * s.field.width
     if s.rank == RECEIVER and not s.gives_way:
-        x = min(bx + RECEIVE[0], s.field.length / 2.0 - GOAL_ROOM)
+        x = min(bx + s.duel.receive_ahead, s.field.length / 2.0 - GOAL_ROOM)
         side = side if abs(by) > CHANGE_SIDE else math.copysign(1.0, s.own[1])
-        y = side * RECEIVE[1] * s.field.width
+        y = side * s.duel.receive_aside * s.field.width
     place = _on_field(s, (x, y))
     gap = math.dist(place, (bx, by))
     if s.rank and 0.0 < gap < 1.0:  # not to the ball, but behind it

@@ -43,3 +43,9 @@ class DuelSettings(Settings):
     lift_near: float = number(
         1.0, 0.0, 5.0, "m", "From another robot, up to which feet are lifted by that share."
     )
+    receive_ahead: float = number(
+        1.2, 0.0, 20.0, "m", "Ahead of the ball, where a supporter waits for what gets through."
+    )
+    receive_aside: float = number(
+        0.25, 0.0, 0.5, "", "Share of the field's width from its middle, where it waits."
+    )

@@ -417,6 +417,22 @@ def test_of_two_who_see_the_ball_one_goes_on_and_the_other_steps_back() -> None:
     assert x < 0.0  # away from the opponents' goal
 
 
+def test_who_waits_ahead_of_the_ball_waits_as_far_ahead_as_kicks_go() -> None:
+    """At the place for a kick of 1 m it stands, and walks ahead for one of 2 m."""
+    here = 0.0, 0.2 * SCENE.field.width, -2.3
+    walks = []
+    for ahead in (1.0, 2.0):
+        duel = DuelSettings(receive_ahead=ahead, receive_aside=0.2)
+        mind = Mind(TABLE, SCENE.field, GOALS, LIMITS, duel=duel)
+        decision = mind.update(
+            world(here, (-1.0, -0.5)), Body(), role=Role.SUPPORTER, rank=basic.RECEIVER
+        )
+        assert decision.path[-1].state == "support"
+        walks.append(compose((0.0, 0.0, here[2]), (*decision.action.walk[:2], 0.0)))
+    assert walks[0][0] == pytest.approx(0.0, abs=0.02)
+    assert walks[1][0] > 0.05
+
+
 def test_of_two_opponents_at_the_ball_the_later_one_keeps_off() -> None:
     alone, later = (
         new_mind().update(world((0.0, 0.0, 0.0), (0.35, 0.0), robots=robots), Body())
