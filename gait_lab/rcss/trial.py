@@ -13,7 +13,7 @@ from rcss_bridge.body import CYCLE
 from rcss_bridge.client import Client
 from rcss_bridge.codec import torso_truth
 from robot_core.errors import NaoGaitError
-from robot_core.geometry import compose, rotate_each, yaw_of_quaternion
+from robot_core.geometry import compose, relative, rotate_each, yaw_of_quaternion
 from robot_core.robot.camera import CameraModel
 from robot_core.types import STAND, STANDSTILL, FloatArray, Point2, Pose2, VelocityCommand
 from sim_bridge.trials.tasks import AXES, Task
@@ -153,8 +153,8 @@ class ServerKick(NamedTuple):
 
     Attributes:
         fell: It fell, or never stood.
-        distance: [m] from the robot's camera to the ball, along the ground.
-        direction: [rad] of the ball, counter-clockwise from the robot's heading.
+        distance: [m] from where the ball was put to where it came to rest.
+        direction: [rad] of its way, counter-clockwise from the robot's heading before the kick.
     """
 
     fell: bool
@@ -182,27 +182,36 @@ def kick(
     falls, drops = agent.falls, agent.landing.count
     place()
     _stands(client, agent, LANDS_WITHIN, lambda: agent.landing.count > drops)
-    message = _cycles(client, agent, STANDS_AFTER)
-    (x, y, _), (qw, qx, qy, qz) = torso_truth(message)
-    yaw = yaw_of_quaternion(qx, qy, qz, qw)
-    torso_x, torso_y, torso_height = agent.gait.torso_pose[:3]
-    x, y, _ = compose((x, y, yaw), (spot[0] - torso_x, spot[1] - torso_y, 0.0))
+    before = _footprint(_cycles(client, agent, STANDS_AFTER), agent)
+    x, y, _ = compose(before, (*spot, 0.0))
     lay(x, y)
     _cycles(client, agent, STANDS_AFTER)
     agent.gait.request_motion(motion)
-    _cycles(client, agent, KICK_TIME)
+    message = _cycles(client, agent, KICK_TIME)
     percepts = agent.percepts
-    while percepts is None or percepts.sight is None:
-        _cycles(client, agent, CYCLE)
+    assert percepts is not None
+    if percepts.sight is None:  # as in every second cycle
+        message = _cycles(client, agent, CYCLE)
         percepts = agent.percepts
-    ball = percepts.sight.ball
+    ball = None if percepts is None or percepts.sight is None else percepts.sight.ball
     if ball is None or agent.falls > falls:
         return ServerKick(True, math.nan, math.nan)
     robot = agent.robot
     camera = CameraModel(robot, next(iter(robot.cameras)), IMAGE).in_torso(robot.stand_pose)
-    height = torso_height + float(camera.position[2]) - BALL
+    height = agent.gait.torso_pose[2] + float(camera.position[2]) - BALL
     away = math.sqrt(max(0.0, ball.distance**2 - height**2))
-    return ServerKick(False, away, ball.azimuth)
+    ahead, aside = away * math.cos(ball.azimuth), away * math.sin(ball.azimuth)
+    eye = agent.gait.torso_pose[0] + float(camera.position[0])
+    bx, by, _ = relative(compose(_footprint(message, agent), (eye + ahead, aside, 0.0)), before)
+    way = bx - spot[0], by - spot[1]
+    return ServerKick(False, math.hypot(*way), math.atan2(way[1], way[0]))
+
+
+def _footprint(message: bytes, agent: Agent) -> Pose2:
+    """The true pose of base_footprint of a robot that stands, on the field."""
+    (x, y, _), (qw, qx, qy, qz) = torso_truth(message)
+    torso_x, torso_y = agent.gait.torso_pose[:2]
+    return compose((x, y, yaw_of_quaternion(qx, qy, qz, qw)), (-torso_x, -torso_y, 0.0))
 
 
 def _cycles(client: Client, agent: Agent, seconds: float) -> bytes:

@@ -151,7 +151,7 @@ def rcss(options: Options) -> Iterator[Row | str]:
         f"longer than the one before. Speeds over {options.window:g} s by the server's truth; "
         "worst: the slowest start; a task counts only if no start fell. drop: between random "
         f"commands, without warning. getup: within {GETS_UP_WITHIN:g} s of lying. kick: a ball up "
-        f"to {100.0 * PLACEMENT:g} cm in x and y beside its place; distance from the robot."
+        f"to {100.0 * PLACEMENT:g} cm in x and y beside its place."
     )
 
 
