@@ -18,7 +18,7 @@ POLICIES = {
 """Options of a suite."""
 NAMES = "names of --policy and --against, with their defaults:\n" + "\n".join(
     textwrap.fill(f"{f'{each.default:g} {each.unit}':8}{each.meaning}", 100,
-                  initial_indent=f"  {each.name:12}", subsequent_indent=22 * " ")
+                  initial_indent=f"  {each.name:15}", subsequent_indent=25 * " ")
     for each in fields(DuelSettings)
 )  # fmt: skip
 """For the help of a suite."""

@@ -87,7 +87,7 @@ executor.add_node(node)
 client = node.create_client(Trigger, "gait/stand")
 client.wait_for_service()
 answer = client.call_async(Trigger.Request())
-while not (answer.done() and node._controller.rejected["diagnostics"]):
+while not (answer.done() and node._controller.reporter.rejected["diagnostics"]):
     executor.spin_once()
 print(answer.result().success, answer.result().message)
 """

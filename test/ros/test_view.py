@@ -31,7 +31,6 @@ from gait_lab.view.viewer import HOST, Panel, Viewer, serve
 from gait_lab.view.world_scene import WorldScene
 from nao_soccer.ros import player_messages
 from nao_soccer.world.state import PoseEstimate
-from robot_core.errors import NaoGaitError
 from robot_core.types import PoseCovariance
 from ros_probe import ROOT, TIMEOUT, Probe
 from sim_bridge.scene import load_scene
@@ -466,8 +465,3 @@ def _listening(port: int) -> set[str]:
             if state == "0A" and int(at, 16) == port:
                 found.add(where)
     return found
-
-
-def test_a_port_that_is_none_is_refused() -> None:
-    with pytest.raises(NaoGaitError, match="port: got 0"):
-        serve(0)

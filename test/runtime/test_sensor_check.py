@@ -71,7 +71,7 @@ def drive(
     errors: list[str] = []
     with world:
         harness = Harness(world, parameters, kind(change, every), VelocityCommand(*command))
-        say = harness.gaits[0].controller._reporter.say
+        say = harness.gaits[0].controller.reporter.say
         take = say.take_log
 
         def taken() -> tuple[LogLine, ...]:
