@@ -13,7 +13,7 @@ import numpy as np
 from gait_lab.faults.campaign import STOPPED, VIOLATED, WENT_ON, FaultResult, FaultRun
 from gait_lab.faults.harness import PERIOD
 from gait_lab.faults.messages import Delivery
-from gait_lab.faults.soccer_harness import SoccerFault, SoccerHarness
+from gait_lab.faults.soccer_harness import Arrivals, SoccerFault, SoccerHarness
 from gait_lab.soccer.match import MatchSpec
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
 from sim_bridge.cameras.camera import CameraImage
@@ -33,8 +33,8 @@ BLIND = ("no usable image", "nothing seen in the images")
 class LastingFault(SoccerFault):
     """A fault that lasts for some seconds, or to the end of the run."""
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
+        super()._draw(random)
         shorter = random.uniform() < 0.5
         self.duration = float(random.uniform(2.0, 15.0)) if shorter else math.inf
 
@@ -50,8 +50,8 @@ class CameraFault(LastingFault):
     end = 40.0
     says = BLIND
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
+        super()._draw(random)
         self.begin = float(random.uniform(8.0, 20.0))
 
 
@@ -71,8 +71,8 @@ class CameraBlack(CameraFault):
 class CameraFrozen(CameraFault):
     """Each camera repeats its last image with new stamps."""
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
+        super()._draw(random)
         self._last: dict[str, CameraImage] = {}
 
     def on_image(
@@ -87,8 +87,8 @@ class CameraFrozen(CameraFault):
 class CameraLate(CameraFault):
     """Images arrive 0.3 to 3 s late, with their right stamps."""
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
+        super()._draw(random)
         self._delay = round(1e9 * float(random.uniform(*LATE)))
         self._queues: dict[str, deque[CameraImage]] = {}
 
@@ -116,9 +116,7 @@ class VisionGone(LastingFault):
 
     says = BLIND
 
-    def on_percepts(
-        self, harness: SoccerHarness, percepts: Percepts
-    ) -> Iterable[Delivery[Percepts]]:
+    def on_percepts(self, harness: SoccerHarness, percepts: Percepts) -> Arrivals:
         """No percepts."""
         if not self.active(harness):
             yield Delivery(0, percepts)
@@ -129,14 +127,12 @@ class PerceptsFuture(LastingFault):
 
     says = BLIND
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
+        super()._draw(random)
         self._ahead = round(1e9 * float(random.uniform(*FUTURE)))
         self._share = 1.0 if random.uniform() < 0.5 else float(random.uniform(0.1, 0.9))
 
-    def on_percepts(
-        self, harness: SoccerHarness, percepts: Percepts
-    ) -> Iterable[Delivery[Percepts]]:
+    def on_percepts(self, harness: SoccerHarness, percepts: Percepts) -> Arrivals:
         """Percepts of the future."""
         wrong = self.active(harness) and self.random.uniform() < self._share
         ahead = self._ahead if wrong else 0
@@ -148,13 +144,11 @@ class PerceptsLate(LastingFault):
 
     says = BLIND
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
+        super()._draw(random)
         self._delay = round(float(random.uniform(*LATE)) / PERIOD)
 
-    def on_percepts(
-        self, harness: SoccerHarness, percepts: Percepts
-    ) -> Iterable[Delivery[Percepts]]:
+    def on_percepts(self, harness: SoccerHarness, percepts: Percepts) -> Arrivals:
         """The percepts, later."""
         yield Delivery(self._delay if self.active(harness) else 0, percepts)
 
@@ -164,13 +158,11 @@ class PerceptsNan(LastingFault):
 
     says = BLIND
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
+        super()._draw(random)
         self._share = float(random.uniform(0.1, 1.0))
 
-    def on_percepts(
-        self, harness: SoccerHarness, percepts: Percepts
-    ) -> Iterable[Delivery[Percepts]]:
+    def on_percepts(self, harness: SoccerHarness, percepts: Percepts) -> Arrivals:
         """Some numbers of each object and of the lines are replaced."""
         if not self.active(harness):
             yield Delivery(0, percepts)
@@ -198,9 +190,7 @@ class PerceptsNan(LastingFault):
         xx, xy, yy = percept.covariance
         if self.random.uniform() < 0.5:
             xx = self._bad()
-        return percept._replace(
-            position=(self._bad(), y), covariance=(xx, xy, yy), yaw=self._bad()
-        )
+        return percept._replace(position=(self._bad(), y), covariance=(xx, xy, yy), yaw=self._bad())
 
     def _bad(self) -> float:
         return BAD_NUMBERS[self.random.integers(len(BAD_NUMBERS))]
@@ -256,8 +246,8 @@ class PlayerRestart(SoccerFault):
 
     says = ("no referee heard yet",)
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
+        super()._draw(random)
         self._back = self.begin + float(random.uniform(1.0, 10.0))
         self._step = 0
 

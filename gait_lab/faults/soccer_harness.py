@@ -34,6 +34,9 @@ IDLE_MAX = 25.0
 STOP_TIME = 3.0
 """[s] at the end, in which a robot that has stopped stands."""
 
+Arrivals = Iterable[Delivery[Percepts]]
+"""Percepts that reach a player, at once or later."""
+
 
 class SoccerFault(Fault):
     """A disturbance on the ways to one player. This base class disturbs nothing.
@@ -47,8 +50,7 @@ class SoccerFault(Fault):
     rendered = False
     robots = 2
 
-    def __init__(self, random: np.random.Generator) -> None:
-        super().__init__(random)
+    def _draw(self, random: np.random.Generator) -> None:
         self.begin = float(random.uniform(10.0, 30.0))
 
     def before_frame(self, harness: "SoccerHarness") -> None:
@@ -60,9 +62,7 @@ class SoccerFault(Fault):
         """What vision gets of the newest image of a camera, in each control period."""
         return newest
 
-    def on_percepts(
-        self, harness: "SoccerHarness", percepts: Percepts
-    ) -> Iterable[Delivery[Percepts]]:
+    def on_percepts(self, harness: "SoccerHarness", percepts: Percepts) -> Arrivals:
         """What arrives of the percepts of one image."""
         yield Delivery(0, percepts)
 

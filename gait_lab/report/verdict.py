@@ -1,6 +1,7 @@
 """What the numbers of a walk say: in words, and as tables."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -236,24 +237,17 @@ def findings(analysis: Analysis) -> tuple[Finding, ...]:
     """All findings, the bad ones first; none about less than `SHORTEST`."""
     if analysis.walk.duration < SHORTEST:
         return ()
-    found = [
-        *_speeds(analysis),
-        *_gait(analysis),
-        *_com(analysis),
-        *_joints(analysis),
-        *_timing(analysis),
-        *_odometry(analysis),
-    ]
-    order = {BAD: 0, FAIR: 1, GOOD: 2, NOTE: 3}
-    return tuple(sorted(found, key=lambda finding: order[finding.grade]))
+    found = (each for part in (_speeds, _gait, _com, _joints, _timing, _odometry)
+             for each in part(analysis))  # fmt: skip
+    order = (BAD, FAIR, GOOD, NOTE)
+    return tuple(sorted(found, key=lambda finding: order.index(finding.grade)))
 
 
-def _speeds(analysis: Analysis) -> list[Finding]:
+def _speeds(analysis: Analysis) -> Iterator[Finding]:
     asked = [s for s in analysis.stretches if s.reached is not None]
     if not asked:
-        return []
+        return
     missed = [s for s in asked if s.reached is not None and not s.reached >= REACHED]
-    found = []
     by = "" if len(analysis.walk.truth) else " (by odometry)"
     if not missed:
         worst = min(s.reached for s in asked if s.reached is not None)
@@ -262,14 +256,14 @@ def _speeds(analysis: Analysis) -> list[Finding]:
             f"The commanded speed was reached {reached}{by}." if len(asked) == 1 else
             f"All {len(asked)} commanded speeds were reached{by}; the least of them {reached}."
         )
-        found.append(Finding(GOOD, text))
+        yield Finding(GOOD, text)
     for stretch in missed:
         share = 100 * (stretch.reached or 0.0)
         grade = FAIR if share >= 75 else BAD
         when = f"{stretch.name} ({stretch.start:.0f}–{stretch.end:.0f} s)"
         text = f"{when} reached {share:.0f} % of the commanded speed{by}."
-        found.append(Finding(grade, text[0].upper() + text[1:]))
-    found += [_stood(analysis, stretch) for stretch in asked if stretch.stood]
+        yield Finding(grade, text[0].upper() + text[1:])
+    yield from (_stood(analysis, stretch) for stretch in asked if stretch.stood)
     for stretch in asked:
         command = stretch.command
         if command is not None and command.yaw == 0.0:
@@ -278,8 +272,7 @@ def _speeds(analysis: Analysis) -> list[Finding]:
                 when = f"{stretch.name} at {stretch.start:.0f} s"
                 rate = f"{math.degrees(drift):+.1f}°/s"
                 text = f"{when}: the heading drifts by {rate}."
-                found.append(Finding(FAIR, text[0].upper() + text[1:]))
-    return found
+                yield Finding(FAIR, text[0].upper() + text[1:])
 
 
 def _stood(analysis: Analysis, stretch: Stretch) -> Finding:
@@ -296,88 +289,80 @@ def _stood(analysis: Analysis, stretch: Stretch) -> Finding:
                          f"{stretch.stood:.0f} s{why} and is measured from then on.")  # fmt: skip
 
 
-def _gait(analysis: Analysis) -> list[Finding]:
-    found = []
+def _gait(analysis: Analysis) -> Iterator[Finding]:
     metrics = analysis.walking
     walked = analysis.walked is not None
     if walked and metrics is not None and np.isfinite(metrics.flight_share):
         share = 100 * metrics.flight_share
         if metrics.flight_share > FLIGHT_LIMIT:
-            found.append(Finding(BAD, f"It hops: no sole is loaded {share:.1f} % of the time."))
+            yield Finding(BAD, f"It hops: no sole is loaded {share:.1f} % of the time.")
         else:
-            found.append(Finding(GOOD, "It walks and does not hop: no sole is loaded "
-                                       f"{share:.1f} % of the time."))  # fmt: skip
+            text = f"It walks and does not hop: no sole is loaded {share:.1f} % of the time."
+            yield Finding(GOOD, text)
     pushes = [event for event in analysis.events if event.kind == "push"]
     if pushes:
         fall = analysis.fall
         stood = sum(fall is None or event.time < fall - 3.0 for event in pushes)
         grade = GOOD if stood == len(pushes) else BAD
-        found.append(Finding(grade, f"{stood} of {len(pushes)} pushes were survived."))
+        yield Finding(grade, f"{stood} of {len(pushes)} pushes were survived.")
     if len(analysis.steps) > 3:
         durations = np.array([step.duration for step in analysis.steps])
-        found.append(Finding(NOTE, f"Steps took {np.median(durations):.2f} s (median), 5 to "
-                                   f"95 %: {np.percentile(durations, 5):.2f} to "
-                                   f"{np.percentile(durations, 95):.2f} s."))  # fmt: skip
-    return found
+        low, median, high = np.percentile(durations, (5, 50, 95))
+        span = f"{median:.2f} s (median), 5 to 95 %: {low:.2f} to {high:.2f} s"
+        yield Finding(NOTE, f"Steps took {span}.")
 
 
-def _com(analysis: Analysis) -> list[Finding]:
-    found = []
+def _com(analysis: Analysis) -> Iterator[Finding]:
     metrics = analysis.walking
     if metrics is not None and np.isfinite(metrics.com_error_y_measured):
         good = metrics.com_error_y_measured <= PAPER_ERROR
         words = "The CoM follows the model" if good else "The CoM deviates from the model"
         y, x = 1e3 * metrics.com_error_y_measured, 1e3 * metrics.com_error_x_measured
         errors = f"mean |expected − measured| {y:.1f} mm in y and {x:.1f} mm in x"
-        found.append(
-            Finding(GOOD if good else FAIR, f"{words}: {errors} (paper: 4.3 to 7.8 mm in y).")
-        )
+        yield Finding(GOOD if good else FAIR, f"{words}: {errors} (paper: 4.3 to 7.8 mm in y).")
     innovation = analysis.innovation
     if innovation is not None and np.isfinite(innovation.inside[1]):
         x, y = innovation.inside
         white = min(x, y) >= WHITE
         mean = [1e3 * value for value in innovation.mean]
-        found.append(Finding(GOOD if white else NOTE, (
+        yield Finding(GOOD if white else NOTE, (
             "The observer's innovation is nearly white"
             if white else
             "The observer's innovation is not white: part of the measurement error follows the "
             "step"
         ) + f" ({100 * x:.0f} % of lags in x and {100 * y:.0f} % in y inside the 95 % band; "
-            f"constant part {mean[0]:+.1f} and {mean[1]:+.1f} mm)."))  # fmt: skip
-    return found
+            f"constant part {mean[0]:+.1f} and {mean[1]:+.1f} mm).")  # fmt: skip
 
 
-def _joints(analysis: Analysis) -> list[Finding]:
-    found: list[Finding] = []
+def _joints(analysis: Analysis) -> Iterator[Finding]:
     use = analysis.motors
     if use is None:
-        return found
+        return
     if np.isfinite(use.saturated_share):
         worst = max(use.joints, key=lambda joint: np.nan_to_num(joint.torque_saturated))
         text = f"a motor is at its torque limit in {100 * use.saturated_share:.1f} % of the ticks"
         if worst.torque_saturated > 0:
             text += f", most of all {worst.name} ({100 * worst.torque_saturated:.1f} %)"
         grade = FAIR if use.saturated_share > SATURATION else GOOD
-        found.append(Finding(grade, text[0].upper() + text[1:] + "."))
+        yield Finding(grade, text[0].upper() + text[1:] + ".")
     fast = [joint for joint in use.joints if joint.speed_saturated > 0.01]
     if fast:
         worst = max(fast, key=lambda joint: joint.speed_saturated)
         share = f"{worst.name} in {100 * worst.speed_saturated:.1f} % of the ticks"
-        found.append(Finding(FAIR, f"Targets ask for more than the joint's speed: {share}."))
-    return found
+        yield Finding(FAIR, f"Targets ask for more than the joint's speed: {share}.")
 
 
-def _timing(analysis: Analysis) -> list[Finding]:
+def _timing(analysis: Analysis) -> Iterator[Finding]:
     timing = analysis.timing
     if timing is None:
-        return []
+        return
     old = f"sensors {1e3 * timing.age:.0f} ms old, " if math.isfinite(timing.age) else ""
     text = f"{1 / timing.period:.0f} Hz, {old}{timing.missed} joint states missing"
     if len(analysis.walk.targets):
         text += f", {timing.unanswered} unanswered"
     ticks = max(1, len(analysis.walk.position))
     bad = max(timing.missed, timing.unanswered) / ticks
-    found = [Finding(GOOD if bad < 0.001 else FAIR if bad < 0.02 else BAD, f"Timing: {text}.")]
+    yield Finding(GOOD if bad < 0.001 else FAIR if bad < 0.02 else BAD, f"Timing: {text}.")
     if len(timing.tick):
         worst = float(np.max(timing.tick[:, 1]))
         if worst * 1e-6 > timing.period:
@@ -390,18 +375,17 @@ def _timing(analysis: Analysis) -> list[Finding]:
             ):
                 # Sooner than computed: the clock of the bag stood still, as in lockstep.
                 text += ", which does not matter here: the simulation waited for every answer"
-                found.append(Finding(NOTE, text + "."))
+                yield Finding(NOTE, text + ".")
             else:
-                found.append(Finding(BAD, text + "."))
-    return found
+                yield Finding(BAD, text + ".")
 
 
-def _odometry(analysis: Analysis) -> list[Finding]:
+def _odometry(analysis: Analysis) -> Iterator[Finding]:
     paths = analysis.paths
     if paths is None or not len(paths.error) or not np.isfinite(paths.error).any():
-        return []
+        return
     if analysis.walked is None and paths.length <= WAY:
-        return []  # a robot that stands shows nothing about its odometry
+        return  # a robot that stands shows nothing about its odometry
     x, y, yaw = paths.error[np.isfinite(paths.error).all(axis=1)][-1].tolist()
     off = math.hypot(x, y)
     text = f"Odometry ends {100 * off:.0f} cm and {round(math.degrees(yaw)) + 0:+d}° off the truth"
@@ -412,4 +396,4 @@ def _odometry(analysis: Analysis) -> list[Finding]:
         text += f", {100 * share:.1f} % of the {paths.length:.1f} m walked"
     worst = max(errors)
     grade = GOOD if worst <= 1.0 else FAIR if worst <= ODOMETRY_BAD else BAD
-    return [Finding(grade, text + ".")]
+    yield Finding(grade, text + ".")

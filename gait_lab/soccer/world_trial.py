@@ -20,7 +20,7 @@ from gait_lab.soccer.field_walks import RandomWalk, WalkSamples, WalkSpec, half_
 from gait_lab.soccer.percept_model import PerceptModel
 from gait_lab.soccer.pitch import PitchSpec
 from gait_lab.soccer.rendered_eyes import RenderedEyes
-from gait_lab.vision.percept_errors import PerceptErrors, load_percept_errors
+from gait_lab.vision.percept_errors import load_percept_errors
 from nao_lipm_gait.estimation.torso_place import TorsoPlace
 from nao_lipm_gait.head.head_control import HeadControl
 from nao_lipm_gait.whole_body.body_model import SolePose
@@ -72,7 +72,6 @@ class WorldTrialSpec(PitchSpec):
         delay: [s] From exposure to percept; None = as measured.
         knows_delay: Percepts have the time of their image; False = that of their arrival.
         mate: A team mate tells of the ball.
-        errors: Of the percepts; None = as measured.
     """
 
     urdf: str = "nao_h21_v33"
@@ -81,7 +80,6 @@ class WorldTrialSpec(PitchSpec):
     gap: Gap | None = None
     mate: bool = False
     head: HeadMode = HeadMode.AUTO
-    errors: PerceptErrors | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -190,7 +188,7 @@ def run_trial(spec: WorldTrialSpec, walk: WalkSamples) -> WorldTrace:
     """Run the world model over a recorded walk."""
     scene = settings_of_scene(spec.scene)
     robot = load_robot(spec.urdf)
-    errors = spec.errors or load_percept_errors()
+    errors = load_percept_errors()
     delay = round((errors.delay if spec.delay is None else spec.delay) * 1e9)
     model = WorldModel(WorldSettings.on(scene, spec.seed))
     looking = Looking(model.map)

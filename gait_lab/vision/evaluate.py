@@ -2,14 +2,13 @@
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from gait_lab.vision.expected import View
 from gait_lab.vision.score import Score, score_image
-from gait_lab.vision.viewing_walks import random_walk
 from nao_soccer.vision.colors import Image, load_color_table
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.frame import Frame
@@ -20,7 +19,6 @@ from nao_soccer.vision.tilt_calibration import TiltCalibration
 from robot_core.geometry import rotation_from_rpy
 from robot_core.robot import RobotDescription, load_robot
 from robot_core.robot.camera import CameraModel, CameraView, RgbImage
-from sim_bridge.plant import PlantOption
 from sim_bridge.trials.rendered_frames import FrameTruth, RenderedFrame, RenderSpec, rendered_frames
 
 BRIGHTNESS = (0.6, 1.0, 1.4)
@@ -78,23 +76,6 @@ def _history(frame: RenderedFrame) -> BodyHistory:
     return history
 
 
-@dataclass(frozen=True, slots=True)
-class VisionWalk:
-    """One walk to be seen.
-
-    Attributes:
-        kind: One of `viewing_walks.KINDS`.
-    """
-
-    seed: int
-    kind: str
-    engine: str
-    seconds: float
-    urdf: str
-    plant: str = "reference"
-    plant_options: tuple[PlantOption, ...] = ()
-
-
 @dataclass(slots=True)
 class WalkScores:
     """Scores of one walk.
@@ -104,7 +85,6 @@ class WalkScores:
         late: At brightness 1, with the newest pose of the camera in place of that of the image.
     """
 
-    walk: VisionWalk
     scores: dict[float, Score]
     late: Score = field(default_factory=Score)
 
@@ -145,16 +125,13 @@ class Viewer:
             self.score.add(score_image(seen.truth, truth, percepts, geometry, self.seconds))
 
 
-def evaluate_walk(walk: VisionWalk) -> WalkScores:
-    """Render one walk and score it; each image is seen with every brightness."""
-    seconds = SETTLE + walk.seconds
-    spec = random_walk(walk.seed, walk.kind, walk.engine, seconds, walk.urdf)
-    spec = replace(spec, plant=walk.plant, plant_options=walk.plant_options)
+def evaluate_walk(spec: RenderSpec, urdf: str) -> WalkScores:
+    """Render one walk and score it from `SETTLE` on; each image is seen with every brightness."""
     viewers = {factor: Viewer(factor) for factor in BRIGHTNESS}
     late = Viewer(1.0, late=True)
-    for seen in observations(spec, load_robot(walk.urdf)):
+    for seen in observations(spec, load_robot(urdf)):
         truth = View(seen.truth, late.settings, spec.teams)
         for viewer in (*viewers.values(), late):
             viewer.judge(seen, truth)
     scores = {factor: viewer.score for factor, viewer in viewers.items()}
-    return WalkScores(walk, scores, late.score)
+    return WalkScores(scores, late.score)

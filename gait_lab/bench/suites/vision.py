@@ -5,6 +5,8 @@ scene: recall counts objects to 3 m that are wholly in the image and hidden by n
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +14,10 @@ import numpy as np
 from gait_lab.bench.options import Option, Options
 from gait_lab.bench.rows import Row, rows_of
 from gait_lab.bench.suite import suite
-from gait_lab.vision.evaluate import VisionWalk, WalkScores, evaluate_walk
+from gait_lab.vision.evaluate import SETTLE, WalkScores, evaluate_walk
 from gait_lab.vision.fit import as_yaml, fit
 from gait_lab.vision.score import GATE, GROUPS, RANGE, merged
-from gait_lab.vision.viewing_walks import KINDS
+from gait_lab.vision.viewing_walks import KINDS, random_walk
 from robot_core.schema import write_text
 from sim_bridge.engines.opengl import opengl_libraries
 
@@ -37,16 +39,18 @@ def can_render(options: Options) -> bool:
 )  # fmt: skip
 def vision(options: Options) -> Iterator[Row | str]:
     """Score all walks of all robots."""
+    seconds = SETTLE + options.window
     walks = [
-        VisionWalk(
-            seed, kind, options.engine, options.window, options.urdf, options.plant,
-            options.plant_options,
+        replace(
+            random_walk(seed, kind, options.engine, seconds, options.urdf), plant=options.plant,
+            plant_options=options.plant_options,
         )
         for seed in options.seeds for kind in KINDS
     ]  # fmt: skip
-    results: list[WalkScores] = options.map(evaluate_walk, walks, label="vision")
+    evaluate = partial(evaluate_walk, urdf=options.urdf)
+    results: list[WalkScores] = options.map(evaluate, walks, label="vision")
     every = merged(score for each in results for score in each.scores.values())
-    of = {kind: [each for each in results if each.walk.kind == kind] for kind in KINDS}
+    of = {kind: results[index :: len(KINDS)] for index, kind in enumerate(KINDS)}
     times = np.array(every.times) * 1e3
     for name in GROUPS:
         yield Row(name, "recall", "%", every.recall(name))
