@@ -5,6 +5,7 @@ import multiprocessing
 import os
 import select
 import shlex
+import shutil
 import statistics
 import subprocess
 import time
@@ -158,6 +159,23 @@ class Squad(AbstractContextManager["Squad"]):
             member.client.close()
 
 
+def guest_words(command: str, port: int, number: int) -> list[str]:
+    """What starts a player of another team: the words of a command without its placeholders.
+
+    Raises:
+        NaoGaitError: It is empty, a quotation mark is left open, or no such program is found.
+    """
+    filled = command.replace("{port}", str(port)).replace("{number}", str(number))
+    try:
+        words = shlex.split(filled)
+    except ValueError as error:
+        raise NaoGaitError("against", command, "a command whose quotation marks end") from error
+    if not words or shutil.which(words[0]) is None:
+        program = words[0] if words else command
+        raise NaoGaitError("against", program, "a command whose first word is a program")
+    return words
+
+
 class Guests(AbstractContextManager["Guests"]):
     """Another team's players, a process each, started by its own command.
 
@@ -170,12 +188,13 @@ class Guests(AbstractContextManager["Guests"]):
     def __init__(self, command: str, port: int, count: int) -> None:
         self._processes: list[subprocess.Popen[bytes]] = []
         for number in range(1, count + 1):
-            words = shlex.split(command.format(port=port, number=number))
             try:
                 process = subprocess.Popen(
-                    words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+                    guest_words(command, port, number),
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
                 )
-            except (OSError, IndexError) as error:
+            except (OSError, NaoGaitError) as error:
                 self.__exit__()
                 raise NaoGaitError("against", command, "a command that runs") from error
             self._processes.append(process)
@@ -349,7 +368,7 @@ def play(
         server.order("(kickOff Left)")
         accounts = [team.account() for team in teams]
         wall, worked = time.monotonic() - began, server.cpu - worked
-    strikers = [each.one_striker for each in accounts if each.one_striker == each.one_striker]
+    strikers = [each.one_striker for each in accounts if not math.isnan(each.one_striker)]
     return Account(
         seconds=accounts[0].seconds,
         score=accounts[0].score,

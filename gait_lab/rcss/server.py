@@ -46,6 +46,7 @@ def install() -> Path:
     folder = environment()
     python = folder / "bin" / "python"
     if not is_installed():
+        sys.stderr.write(f"installing rcsssmj {VERSION} into {folder}\n")
         for command in (
             [sys.executable, "-m", "venv", "--clear", str(folder)],
             [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check",

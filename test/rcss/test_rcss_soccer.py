@@ -8,11 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gait_lab.cli import main
 from gait_lab.rcss.agent import Agent
 from gait_lab.rcss.eyes import ServerEyes
 from gait_lab.rcss.field import ServerField
 from gait_lab.rcss.game import game_state, mode_of
-from gait_lab.rcss.match import TeamProcess, play, starts
+from gait_lab.rcss.match import TeamProcess, guest_words, play, starts
 from gait_lab.rcss.player import PLANS
 from gait_lab.rcss.server import is_installed
 from gait_lab.rcss.speech import pack, unpack
@@ -301,6 +302,18 @@ def test_the_real_server_plays_the_end_of_a_half():
     assert account.falls == account.get_ups == account.put_back == 0
     assert len(account.cpu) == pytest.approx(2 * 300, abs=6), "of both, from the kick-off on"
     assert account.server > 0.0
+
+
+@pytest.mark.parametrize("command", ["", "  ", 'python "x', "no-such-program {port}", "/"])
+def test_another_teams_command_is_refused_before_the_server_starts(command: str, capsys):
+    assert main(["bench", "rcss_match", "--against", command]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert "against: got" in line
+
+
+def test_another_teams_command_names_port_and_number():
+    words = guest_words("python 'a {b}.py' -n{number} --port {port}", 3100, 7)
+    assert words == ["python", "a {b}.py", "-n7", "--port", "3100"]
 
 
 def test_a_team_that_finds_no_server_says_so():

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from gait_lab.bench.suites.rcss import _scaled
-from gait_lab.rcss.trial import NO_ANSWER, LateClient, ServerWalk, _mean_velocity
+from gait_lab.bench.suites.rcss import _kick_rows, _scaled
+from gait_lab.rcss.trial import NO_ANSWER, LateClient, ServerKick, ServerWalk, _mean_velocity
 from rcss_server import FakeServer
 from sim_bridge.trials.tasks import RandomCommands, find_task
 
@@ -41,6 +41,20 @@ def test_random_commands_are_scaled_to_the_speeds_of_the_tasks():
         assert command == pytest.approx((share * before.x, before.y, before.yaw))
         ways.add(math.copysign(1.0, before.x))
     assert ways == {-1.0, 1.0}
+
+
+def test_kicks_are_judged_by_those_that_left_the_robot_on_its_feet():
+    far, near = ServerKick(False, 8.0, 0.1), ServerKick(False, 6.0, -0.1)
+    fell = ServerKick(True, math.nan, math.nan)
+    rows = {each.quantity: each.value for each in _kick_rows("kick", [far, fell, near])}
+    assert (rows["tried"], rows["stood"]) == (3, 2)
+    assert (rows["distance"], rows["distance_spread"]) == (7.0, 1.0)
+    assert rows["direction"] == pytest.approx(0.0)
+    assert rows["direction_spread"] == pytest.approx(math.degrees(0.1))
+    rows = {each.quantity: each.value for each in _kick_rows("kick", [fell])}
+    assert (rows["tried"], rows["stood"]) == (1, 0)
+    assert math.isnan(rows["distance"])
+    assert math.isnan(rows["direction_spread"])
 
 
 def test_a_share_of_the_answers_is_late():

@@ -19,7 +19,7 @@ from robot_core.types import VelocityCommand
 from sim_bridge.trials.tasks import AXES, TASKS, RandomCommands, Task, find_task
 
 if TYPE_CHECKING:
-    from gait_lab.rcss.trial import ServerWalk
+    from gait_lab.rcss.trial import ServerKick, ServerWalk
 
 PLANT = f"rcsssmj {VERSION}"
 SETTLED = 2.0
@@ -112,8 +112,8 @@ def rcss(options: Options) -> Iterator[Row | str]:
                     f"getup_{side}",
                     ("tried", "get-ups", len(times)),
                     ("within", "get-ups", sum(each <= GETS_UP_WITHIN for each in times)),
-                    ("up", "get-ups", sum(each == each for each in times)),
-                    ("median", "s", statistics.median(times)),
+                    ("up", "get-ups", sum(not math.isnan(each) for each in times)),
+                    ("median", "s", float(np.median(times))),
                 )
         kicks = kicks_of(f"{options.urdf}_rcss").kicks if options.kicks else ()
         for each in kicks:
@@ -125,18 +125,7 @@ def rcss(options: Options) -> Iterator[Row | str]:
                 kick(client, agent, each.motion, (x, y), lambda: place(robot.drop_height, 0.0), lay)
                 for x, y in spots.tolist()
             ]
-            stood = [one for one in found if not one.fell]
-            reach = [one.distance for one in stood]
-            turns = [math.degrees(one.direction) for one in stood]
-            yield from server_rows(
-                each.motion,
-                ("tried", "kicks", len(found)),
-                ("stood", "kicks", len(stood)),
-                ("distance", "m", statistics.fmean(reach)),
-                ("distance_spread", "m", statistics.pstdev(reach)),
-                ("direction", "deg", statistics.fmean(turns)),
-                ("direction_spread", "deg", statistics.pstdev(turns)),
-            )
+            yield from _kick_rows(each.motion, found)
         if options.minutes:
             agent = Agent(robot, TEAM)
             place(robot.drop_height, 0.0)
@@ -168,6 +157,24 @@ def _walk_rows(name: str, task: Task, walks: Sequence["ServerWalk"]) -> Iterator
             ("worst", unit, min(speeds) if not falls else math.nan),
         )
     yield from server_rows(label, ("starts", "starts", len(walks)), ("falls", "falls", falls))
+
+
+def _kick_rows(motion: str, found: Sequence["ServerKick"]) -> Iterator[Row]:
+    """Of the kicks that left the robot on its feet; NaN if none did."""
+    stood = [each for each in found if not each.fell]
+    ways = [(each.distance, math.degrees(each.direction)) for each in stood]
+    ways = ways or [(math.nan, math.nan)]
+    reach, direction = np.mean(ways, axis=0).tolist()
+    reach_spread, direction_spread = np.std(ways, axis=0).tolist()
+    yield from server_rows(
+        motion,
+        ("tried", "kicks", len(found)),
+        ("stood", "kicks", len(stood)),
+        ("distance", "m", reach),
+        ("distance_spread", "m", reach_spread),
+        ("direction", "deg", direction),
+        ("direction_spread", "deg", direction_spread),
+    )
 
 
 def server_rows(subject: str, *cells: tuple[str, str, float]) -> Iterator[Row]:
