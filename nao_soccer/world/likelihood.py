@@ -107,14 +107,13 @@ class Evidence:
     @property
     def weight(self) -> float:
         """Number of independent features to which the evidence is equal."""
-        known = sum(each.place is not None for each in self.landmarks)
-        alike = len(self.landmarks) - known
-        return self.line_weight + LANDMARK_WEIGHT * alike + KNOWN_WEIGHT * known
+        alike = len(self.landmarks) - self.known
+        return self.line_weight + LANDMARK_WEIGHT * alike + KNOWN_WEIGHT * self.known
 
     @property
-    def tells_half(self) -> bool:
-        """Two landmarks are known, so that there is no mirror pose."""
-        return sum(each.place is not None for each in self.landmarks) > 1
+    def known(self) -> int:
+        """Number of landmarks that are known; two have no mirror pose."""
+        return sum(each.place is not None for each in self.landmarks)
 
 
 def log_likelihood(

@@ -186,7 +186,7 @@ class Localization:
         good = self._is_good()
         self._good, self._bad = (self._good + 1, 0) if good else (0, self._bad + 1)
         self._compare_with_history()
-        if evidence.tells_half and self._good:
+        if evidence.known and self._good:  # the mirror pose would show another one there
             self._odds = SURE
         if not self._lost and self._good:
             step = SLOW * strength * (share - self._usual)
@@ -229,7 +229,7 @@ class Localization:
         else:
             low = -np.array((*self._field.half, math.pi))
             poses = self._random.uniform(low, -low, (number, 3))
-        if not evidence.tells_half:
+        if evidence.known < 2:
             poses = self._on_our_side(poses)
         # The least likely particles make room; the new ones have the usual weight.
         worst = np.argpartition(self.weights, number)[:number]

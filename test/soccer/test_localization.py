@@ -334,3 +334,22 @@ def test_who_is_carried_into_the_other_half_is_found_by_landmarks_that_are_known
     assert own.valid
     assert own.pose[:2] == pytest.approx(true[:2], abs=0.1)
     assert own.pose[2] == pytest.approx(true[2], abs=0.05)
+
+
+def test_one_landmark_that_is_known_tells_the_half_of_who_knows_its_place():
+    """A ball near the middle, seen badly by team mates, does not make its pose doubtful."""
+    poles = (Pole(x=2.0, y=1.0), Pole(x=-2.0, y=-1.0))  # each other's mirror images
+    settings = WorldSettings(poles=poles)
+    field = FieldMap(settings.field, settings.goals, poles)
+    localization = Localization(field, settings)
+    localization.start(((0.5, 0.3, 0.0),), place=0.05, heading=0.05)
+    seen = (Percept(Kind.POLE, (1.5, 0.7), (1e-3, 0.0, 1e-3), place=0),)
+    localization.judge_half(-11.0)
+    assert not localization.estimate().valid
+    localization.see(Evidence.of(Percepts(0, objects=seen), field))
+    assert localization.estimate().valid
+    localization.judge_half(-11.0)
+    for _ in range(20):  # the other one: it is somewhere else
+        other = (Percept(Kind.POLE, (1.5, 0.7), (1e-3, 0.0, 1e-3), place=1),)
+        localization.see(Evidence.of(Percepts(0, objects=other), field))
+    assert not localization.estimate().valid
