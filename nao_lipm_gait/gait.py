@@ -5,6 +5,7 @@ I/O and no globals, so the same frames give the same targets. Equation numbers a
 Röfer.
 """
 
+from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from nao_lipm_gait.calibration import NOT_CALIBRATED, Calibration, SensorCorrection
 from nao_lipm_gait.estimation.ground_tilt import GroundTilt
+from nao_lipm_gait.estimation.hip_lag import HipLag
 from nao_lipm_gait.estimation.sole_levelling import SoleLevelling, sole_springs
 from nao_lipm_gait.estimation.stand_alignment import StandAlignment
 from nao_lipm_gait.estimation.state_estimator import StateEstimator
@@ -152,6 +154,7 @@ class Gait:
             learns_roll=not robot.soft_joint,
         )
         self._alignment = StandAlignment()
+        self._hip_lag = HipLag(self._image)
         ahead = [corner[0] for corner in self._image.sole_outline]
         self._ground = GroundTilt(min(ahead), max(ahead))
         self._begin()
@@ -167,6 +170,7 @@ class Gait:
         self._pending = None
         self._cautious = False
         self._walk = make_walk(self._walk_parameters(p), self._dt, self._make_observer)
+        self._walk.hip_lag = self._hip_lag.mean
         self._delay_ticks = self._walk.delay_ticks
         self._late = 0
         self._estimator = StateEstimator(
@@ -195,6 +199,7 @@ class Gait:
         self._targets: BodyTargets | None = None
         self._stamp: int | None = None
         self._ahead = 0
+        self._sent_before: deque[FloatArray] = deque(maxlen=self._delay_ticks + 2)
         self._residual = 0.0
         self._clipped = 0
 
@@ -258,6 +263,16 @@ class Gait:
             return self._limp_targets(frame)
         if state in IN_MOTION:
             return self._motion_targets(frame)
+
+        # Weak motors.
+        sent = self._sent_before
+        if state is WALK and missed == self._late == 0 and len(sent) == sent.maxlen:
+            step = expected.wanted_step[0]
+            answered = sent[0], sent[1], sent[2]
+            self._hip_lag.update(expected.support, step, frame.joint_position, answered, dt)
+            self._walk.hip_lag = self._hip_lag.mean
+        else:
+            self._hip_lag.interrupt()
 
         # Observation: CoM observer (10)-(14).
         x, y, _ = self._estimator.com_in_q
@@ -532,6 +547,7 @@ class Gait:
         self._limits.slow_down(targets, self._sent, self._elapsed)
         self._sent = targets
         self._last_position = self._correction.for_model(targets)
+        self._sent_before.append(self._last_position)
         return targets
 
     def _motion_targets(self, frame: SensorFrame) -> JointTargets:

@@ -148,9 +148,12 @@ class Walk(Protocol):
 
     Attributes:
         delay_ticks: The delay in control periods, with which the next stand or walk begins.
+        hip_lag: How much longer the hips lag behind their targets than the knees [s]; None while it
+            is not known.
     """
 
     delay_ticks: int
+    hip_lag: float | None
 
     def stand_at(self, q_in_odom: Pose2) -> None:
         """Reset to a stand: both feet side by side, the CoM at rest between them."""

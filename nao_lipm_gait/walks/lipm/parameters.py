@@ -18,6 +18,7 @@ EXTENSIONS_OFF: Mapping[str, float | bool] = {
     "offset_time": 0.0,
     "push_velocity": 0.0,
     "sway_limit": 0.0,
+    "hip_lag_max": 0.0,
     "heading_gain": 0.0,
     "yaw_from_lean": False,
     "speed_time": 0.0,
@@ -118,6 +119,11 @@ class LipmParameters(GaitParameters):
         0.0022, 0.0, 0.05, "m",
         "Strides become shorter if the measured CoM sways more than this (standard deviation to "
         "the side, beyond what is expected); 0 = off.",
+    )
+    hip_lag_max: float = number(
+        0.0, 0.0, 0.05, "s",
+        "Steps ahead begin short and stay below 63 mm (of a NAO) until the hips lag less than "
+        "this longer than the knees, for motors that are weak or hot; 0 = off.",
     )
 
     @property

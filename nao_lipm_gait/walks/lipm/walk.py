@@ -20,6 +20,7 @@ from nao_lipm_gait.walks.lipm.extensions.disturbances import (
     PushDetector,
     unexplained_acceleration,
 )
+from nao_lipm_gait.walks.lipm.extensions.motor_limit import MotorLimit
 from nao_lipm_gait.walks.lipm.extensions.stopping import can_stop, is_at_rest, stopping_origin
 from nao_lipm_gait.walks.lipm.extensions.sway_limit import SwayLimit
 from nao_lipm_gait.walks.lipm.kalman_observer import kalman_observer
@@ -69,6 +70,8 @@ class LipmWalk:
         self._make_observer = make_observer
         self._observer_settings: tuple[float, ...] | None = None
         self.delay_ticks = max(0, round(parameters.feedback_delay / control_period))
+        self.hip_lag: float | None = None
+        self._motors = MotorLimit(parameters.hip_lag_max)
         self._sway = SwayLimit(parameters.sway_limit)
         self.set_parameters(parameters)
         self.stand_at((0.0, 0.0, 0.0))
@@ -80,6 +83,7 @@ class LipmWalk:
         self._k = natural_frequency(p.pendulum_height)
         self._single_support = SingleSupport(p, self._k)
         self._sway.set_limit(p.sway_limit)
+        self._motors.set_limit(p.hip_lag_max)
         settings = (p.position_sigma, p.velocity_sigma, p.offset_time, p.push_velocity)
         if settings != self._observer_settings:
             # Other changes keep what has been learned about the robot.
@@ -120,6 +124,7 @@ class LipmWalk:
         self._torso_yaw = 0.0
         self._steps_in_place = 0
         self._sway.begin()
+        self._motors.begin(self.hip_lag)
         self._unobserved = 0
         self._elapsed = 0.0
         self.time_left = 0.0
@@ -156,6 +161,7 @@ class LipmWalk:
             self._followed = self._followed + 1 if self._sent.popleft() else 0
         self.expected = expected = self.estimated
         self._unobserved += 1
+        self._motors.update(self.hip_lag, self._dt)
         # The step that has just been measured ended one delay ago: before the one that is planned.
         return Expectation(
             expected.support, (expected.x, expected.y), expected.sole_in_q, self._last_wanted_step
@@ -298,16 +304,19 @@ class LipmWalk:
             self._pace.add(self._elapsed, self._stride, p)
         wanted = stride_for(command, p, self._pace.share)
         forward_share, _, _ = wanted.used_shares(p)
-        sways = forward_share > self._sway.share
-        if sways:
-            wanted = wanted.scaled(self._sway.share / forward_share)
+        allowed = self._sway.share
+        if self._motors.step_max < p.step_forward_max:
+            allowed = min(allowed, self._motors.step_max / p.step_forward_max)
+        held = forward_share > allowed
+        if held:
+            wanted = wanted.scaled(allowed / forward_share)
         self._stride = approach(self._stride, wanted, p)
         forward_share, _, _ = self._stride.used_shares(p)
         self._sway.watch(forward_share)
         self._last_wanted_step = self._wanted_step or self.step_size
         self._wanted_step = None
-        # What holds the speed must not grow while the sway, not the command, sets the stride.
-        self.reserve = 0.0 if sways else 1.0 - limit_share(self._stride, p)
+        # What holds the speed must not grow while something else than the command sets the stride.
+        self.reserve = 0.0 if held else 1.0 - limit_share(self._stride, p)
         self._passing = passing_speed(self._stride, p)
         self._swing = self._swing_foot(
             relative(before.sole_in_q, self.step_size), 0.0 if self.stopping else p.swing_lift

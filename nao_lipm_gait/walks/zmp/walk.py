@@ -102,6 +102,7 @@ class ZmpWalk:
     def __init__(self, parameters: ZmpParameters, control_period: float):
         self._dt = control_period
         self._half_stride: HalfStride
+        self.hip_lag: float | None = None
         self.delay_ticks = max(0, round(parameters.feedback_delay / control_period))
         self._p = parameters
         self.stand_at(NOWHERE)
