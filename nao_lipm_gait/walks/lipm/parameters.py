@@ -18,7 +18,6 @@ EXTENSIONS_OFF: Mapping[str, float | bool] = {
     "offset_time": 0.0,
     "push_velocity": 0.0,
     "sway_limit": 0.0,
-    "hip_lag_max": 0.0,
     "heading_gain": 0.0,
     "yaw_from_lean": False,
     "speed_time": 0.0,
