@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from gait_lab.vision.expected import Expected, View
+from gait_lab.vision.rendered_frames import FrameTruth
 from nao_soccer.vision.image_geometry import ImageGeometry
 from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind, Percept, Percepts
 from robot_core.geometry import wrapped
 from robot_core.robot.camera import CameraPose
 from robot_core.types import FloatArray, Point2
-from sim_bridge.trials.rendered_frames import FrameTruth
 
 GATE = (0.15, 0.15)
 """[m] and share of the distance within which a percept is that of an object."""

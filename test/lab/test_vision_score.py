@@ -8,6 +8,7 @@ import pytest
 
 from gait_lab.vision.expected import View
 from gait_lab.vision.fit import fit
+from gait_lab.vision.rendered_frames import FrameTruth
 from gait_lab.vision.score import GATE, PoseDeviation, Score, Sighting, score_image
 from nao_soccer.vision.image_geometry import ImageGeometry
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
@@ -16,7 +17,6 @@ from pitch_image import camera
 from robot_core.field import Goals
 from robot_core.robot.camera import CameraPose, CameraView
 from robot_core.types import Pose2
-from sim_bridge.trials.rendered_frames import FrameTruth
 
 SETTINGS = VisionSettings(goals=Goals())
 PLACE = (-3.0, 0.3)
