@@ -1,9 +1,10 @@
 """Free fall and landing: the referee drops robots, with their joints at zero.
 
 Whoever feels no force for a while and has straight legs has been dropped: in a walk or a fall the
-knees are bent, and who lies is pushed for a cycle or two. So has a robot whose legs have turned faster than any motor: the server straightens them at
-once, and in the next message they are on their way back to the walk. The legs then go to a pose
-that gives way, and the walk begins anew once the robot has come to rest.
+knees are bent, and who lies is pushed for a cycle or two. So has a robot whose legs have turned
+faster than any motor: the server straightens them at once, and in the next message they are on
+their way back to the walk. The legs then go to a pose that gives way, and the walk begins anew once
+the robot has come to rest.
 """
 
 import math
