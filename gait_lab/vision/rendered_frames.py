@@ -8,7 +8,7 @@ import numpy as np
 
 from nao_lipm_gait.gait import Gait
 from nao_soccer.vision.pose_history import BodyHistory
-from robot_core.geometry import rotation_from_rpy, rotation_matrix
+from robot_core.geometry import rotation_from_rpy
 from robot_core.head_goals import Angles
 from robot_core.robot.camera import CameraView, RgbImage
 from robot_core.types import STANDSTILL, FloatArray, Point2, Pose2, VelocityCommand
@@ -87,16 +87,12 @@ class FrameTruth(NamedTuple):
     Attributes:
         view: The camera.
         footprint: base_footprint of the robot: between the soles, with their mean heading.
-        torso_position: (3,) [m]
-        torso_rotation: (3, 3)
         ball: (3,) [m] its centre; None without a ball.
         others: base_footprint of the other robots by name.
     """
 
     view: CameraView
     footprint: Pose2
-    torso_position: FloatArray
-    torso_rotation: FloatArray
     ball: FloatArray | None
     others: dict[str, Pose2]
 
@@ -209,7 +205,6 @@ def _truth(
 ) -> dict[str, FrameTruth]:
     """The truth of now, by camera."""
     robot = world.robots[index]
-    truth = robot.truth()
     ball = world.ball
     others = {
         each.name: each.truth().base_footprint
@@ -219,9 +214,7 @@ def _truth(
     return {
         camera.name: FrameTruth(
             camera.view(robot.state),
-            truth.base_footprint,
-            truth.torso_position,
-            rotation_matrix(truth.torso_quaternion),
+            robot.truth().base_footprint,
             None if ball is None else ball.position,
             others,
         )
