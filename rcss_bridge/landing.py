@@ -1,9 +1,10 @@
 """Free fall and landing: the referee drops robots, with their joints at zero.
 
-Whoever feels no force and has straight legs has been dropped: in a walk or a fall the knees are
-bent. So has a robot whose legs have turned faster than any motor: the server straightens them at
-once, and in the next message they are on their way back to the walk. The legs then go to a pose
-that gives way, and the walk begins anew once the robot has come to rest.
+Whoever feels no force for a while and has straight legs has been dropped: in a walk or a fall the
+knees are bent, and who lies is pushed for a cycle or two. So has a robot whose legs have turned
+faster than any motor: the server straightens them at once, and in the next message they are on
+their way back to the walk. The legs then go to a pose that gives way, and the walk begins anew once
+the robot has come to rest.
 """
 
 import math
@@ -16,6 +17,8 @@ from robot_core.types import GRAVITY, FloatArray, JointTargets, SensorFrame
 
 FREE = 0.3
 """Share of gravity below which nothing carries the robot."""
+FREE_TIME = 0.1
+"""[s] of free fall with straight legs that is a drop; the fall takes 0.3 s."""
 STRAIGHT = 0.2
 """[rad] up to which the joints of the legs count as at zero."""
 JUMP = 1.1
@@ -54,6 +57,7 @@ class Landing:
         self.active = False
         self.count = 0
         self._calm = self._since = 0.0
+        self._falls = 0
         speeds = [robot.motors[name].no_load_speed for name in robot.leg_joints]
         self._speed_max = JUMP * max(speeds)
         self._before = np.zeros(len(self._legs))
@@ -72,9 +76,9 @@ class Landing:
         rate = float(np.max(np.abs(frame.angular_velocity)))
         free = force < FREE * GRAVITY
         legs = frame.joint_position[self._legs]
-        if self._has_jumped(frame.stamp, legs) or (
-            free and float(np.max(np.abs(legs))) < STRAIGHT
-        ):
+        falls = free and float(np.max(np.abs(legs))) < STRAIGHT
+        self._falls = self._falls + 1 if falls else 0
+        if self._has_jumped(frame.stamp, legs) or self._falls * CYCLE >= FREE_TIME:
             self.drop()
         if not self.active:
             return None

@@ -57,8 +57,6 @@ class TourPhaseResult:
     """What the robot achieved in a phase.
 
     Attributes:
-        start: Start of the measurement [s since the tour began].
-        end: End of the phase [s since the tour began].
         achieved: Mean ground-truth velocity in the torso's own heading; yaw gained over time.
         com_error_y: Mean absolute difference between expected and measured CoM along y, relative to
             the pendulum origin [m]; NaN while standing.
@@ -66,8 +64,6 @@ class TourPhaseResult:
     """
 
     phase: TourPhase
-    start: float
-    end: float
     achieved: VelocityCommand
     com_error_y: float
     flight_share: float
@@ -118,8 +114,6 @@ def evaluate(trace: Trace, tour: tuple[TourPhase, ...], began: float) -> list[To
             results.append(
                 TourPhaseResult(
                     phase,
-                    start - began,
-                    end - began,
                     VelocityCommand(measured.speed_x, measured.speed_y, measured.turn_rate),
                     math.nan if phase.command.is_zero else measured.com_error_y_measured,
                     measured.flight_share,

@@ -57,7 +57,6 @@ class MatchSpec(PitchSpec):
         robots: Number of robots in each team; None = as in the scene.
         loss: Share of team messages that are lost.
         without_roles: Teams whose players do not agree who goes to the ball.
-        goalkeepers: Teams whose player 1 is a goalkeeper; None = those of three or more.
         frames: Keep what a replay needs.
         silence: From when to when [s] the referee is not heard; None = never.
     """
@@ -66,7 +65,6 @@ class MatchSpec(PitchSpec):
     robots: int | None = None
     loss: float = 0.0
     without_roles: tuple[str, ...] = ()
-    goalkeepers: tuple[str, ...] | None = None
     silence: tuple[float, float] | None = None
     frames: bool = True
     red: DuelSettings = field(default_factory=DuelSettings)
@@ -182,7 +180,6 @@ class Match(AbstractContextManager["Match"]):
             {robot.name: (robot.team, robot.number) for robot in scene.robots},
             Rules(half=60.0 * spec.minutes),
             self.pitch.ball_radius,
-            None if spec.goalkeepers is None else dict.fromkeys(spec.goalkeepers, 1),
             kick_off=TEAMS[spec.seed % 2],
         )
         self._strikers = _Strikers(self)

@@ -59,7 +59,6 @@ class Touch(NamedTuple):
 
     Attributes:
         time: [s] of the first one.
-        end: [s] of the last one.
         robot: Its name.
         team: Its team.
         place: Of the ball at first [m].
@@ -68,7 +67,6 @@ class Touch(NamedTuple):
     """
 
     time: float
-    end: float
     robot: str
     team: str
     place: Point2
@@ -166,7 +164,7 @@ class Story:
             last = first + int(np.argmax(steps > PUT))
         way = -SIDES[TEAMS.index(team)] * float(self._ball[last, 0] - self._ball[first, 0])
         doing = self.frame_at(begin).robots[name].doing
-        return Touch(begin, end, name, team, self.ball_at(begin), way, doing)
+        return Touch(begin, name, team, self.ball_at(begin), way, doing)
 
     def _find_duels(self) -> list[tuple[float, float]]:
         duels: list[list[float]] = []

@@ -9,6 +9,7 @@ import numpy as np
 import yaml
 
 from gait_lab.vision.color_calibration import CalibratedColors, Sample, calibrate_colors
+from gait_lab.vision.rendered_frames import HeadSweep, RenderSpec, rendered_frames
 from nao_soccer.vision.colors import (
     BALL,
     BLUE,
@@ -27,7 +28,6 @@ from nao_soccer.vision.controller import ImageInput, pixels_of
 from robot_core.errors import NaoGaitError
 from robot_core.resources import names
 from robot_core.schema import write_text
-from sim_bridge.trials.rendered_frames import HeadSweep, RenderSpec, rendered_frames
 
 IMAGES_MAX = 40
 """Number of images that are used, spread evenly over those that there are."""
@@ -155,8 +155,9 @@ def _of_scene(scene: str, engine: str) -> list[Image]:
     from sim_bridge.scene import load_scene
 
     images: list[Image] = []
-    for robot in load_scene(scene).robots:
-        spec = RenderSpec(scene=scene, engine=engine, robot=robot.name, head=SWEEP, seconds=SECONDS)
+    around = load_scene(scene)
+    for robot in range(len(around.robots)):
+        spec = RenderSpec(scene=around, engine=engine, robot=robot, head=SWEEP, seconds=SECONDS)
         frames = [(frame.camera, frame.image) for frame in rendered_frames(spec)]
         for camera in dict(frames):
             images += [image for name, image in frames if name == camera][::SCENE_STEP]

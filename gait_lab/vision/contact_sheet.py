@@ -7,12 +7,12 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from gait_lab.vision.evaluate import BRIGHTNESS, Observation, Viewer, observations
+from gait_lab.vision.evaluate import BRIGHTNESS, Viewer
+from gait_lab.vision.rendered_frames import RenderedFrame, rendered_frames
 from gait_lab.vision.viewing_walks import random_walk
 from nao_soccer.vision.colors import Image
 from nao_soccer.vision.debug_image import draw_debug_image
 from nao_soccer.vision.percepts import Percepts
-from robot_core.robot import load_robot
 
 URDF = "nao_h21_v33"
 SECONDS = 3.0
@@ -44,7 +44,7 @@ TILES = (
 )  # fmt: skip
 
 
-def draw(tile: Tile, seen: Iterable[Observation]) -> Image:
+def draw(tile: Tile, seen: Iterable[RenderedFrame]) -> Image:
     """The image of a walk in which most kinds of objects are found, with all percepts."""
     viewer = Viewer(tile.brightness)
     best, picture = -1, np.zeros((TILE[1], TILE[0], 3), dtype=np.uint8)
@@ -69,10 +69,9 @@ def _value(percepts: Percepts) -> int:
 
 def write_sheet(out: Path, say: Callable[[str], None]) -> None:
     """Render all walks and write the sheet."""
-    robot = load_robot(URDF)
     walks = [random_walk(tile.seed, tile.kind, tile.engine, SECONDS, URDF) for tile in TILES]
     pairs = zip(TILES, walks, strict=True)
-    write([draw(tile, observations(walk, robot)) for tile, walk in pairs], out)
+    write([draw(tile, rendered_frames(walk)) for tile, walk in pairs], out)
     say(f"written: {out}")
 
 

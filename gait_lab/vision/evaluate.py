@@ -1,79 +1,24 @@
 """Renders a walk and scores what vision sees in it from where the robot measured its camera."""
 
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
 from gait_lab.vision.expected import View
+from gait_lab.vision.rendered_frames import RenderedFrame, RenderSpec, rendered_frames
 from gait_lab.vision.score import Score, score_image
 from nao_soccer.vision.colors import Image, load_color_table
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.frame import Frame
 from nao_soccer.vision.percepts import Percepts
-from nao_soccer.vision.pose_history import BodyHistory
 from nao_soccer.vision.settings import settings_of_scene
 from nao_soccer.vision.tilt_calibration import TiltCalibration
-from robot_core.geometry import rotation_from_rpy
-from robot_core.robot import RobotDescription, load_robot
-from robot_core.robot.camera import CameraModel, CameraView, RgbImage
-from sim_bridge.trials.rendered_frames import FrameTruth, RenderedFrame, RenderSpec, rendered_frames
 
 BRIGHTNESS = (0.6, 1.0, 1.4)
 """Factors on each image, beside the exposure that each camera has of its own."""
 SETTLE = 1.0
 """[s] At the start, in which vision learns the tilt of the cameras and nothing is scored."""
-
-
-class Observation(NamedTuple):
-    """An image that vision can work on.
-
-    Attributes:
-        camera: Name of the camera.
-        stamp: [ns] time of the exposure.
-        time: [ns] when the image arrives.
-        image: (h, w, 3) red, green, blue.
-        view: The camera in base_footprint at the time of the exposure, as measured.
-        late_view: The same from the newest measurement at the arrival of the image.
-        truth: At the time of the exposure.
-    """
-
-    camera: str
-    stamp: int
-    time: int
-    image: RgbImage
-    view: CameraView
-    late_view: CameraView
-    truth: FrameTruth
-
-
-def observations(spec: RenderSpec, robot: RobotDescription) -> Iterator[Observation]:
-    """The images of a walk for whose time the body is known."""
-    models: dict[str, CameraModel] = {}
-    for frame in rendered_frames(spec):
-        model = models.setdefault(frame.camera, CameraModel(robot, frame.camera, frame.intrinsics))
-        history = _history(frame)
-        if not history.covers(frame.stamp) or frame.samples[0].stamp > frame.stamp:
-            continue
-        view, late_view = (
-            model.view(*history.at(stamp)) for stamp in (frame.stamp, frame.samples[-1].stamp)
-        )
-        yield Observation(
-            frame.camera, frame.stamp, frame.time, frame.image, view, late_view, frame.truth
-        )
-
-
-def _history(frame: RenderedFrame) -> BodyHistory:
-    """What the robot has measured of its body."""
-    history = BodyHistory()
-    for sample in frame.samples:
-        x, y, z, roll, pitch, yaw = sample.torso_in_footprint
-        history.add_joints(sample.stamp, sample.joint_position)
-        rotation = np.array(rotation_from_rpy(roll, pitch, yaw))
-        history.add_torso(sample.stamp, np.array((x, y, z)), rotation)
-    return history
 
 
 @dataclass(slots=True)
@@ -102,7 +47,7 @@ class Viewer:
         self.seconds = 0.0
         self.score = Score()
 
-    def see(self, seen: Observation) -> Percepts:
+    def see(self, seen: RenderedFrame) -> Percepts:
         """Look at one image."""
         vision = self._visions.setdefault(
             seen.camera, Vision(self._table, self.settings, self._calibration)
@@ -117,7 +62,7 @@ class Viewer:
         self.frame = vision.frame
         return percepts
 
-    def judge(self, seen: Observation, truth: View) -> None:
+    def judge(self, seen: RenderedFrame, truth: View) -> None:
         """Look at one image, and score it after `SETTLE`."""
         percepts = self.see(seen)
         if self.frame is not None and seen.stamp >= SETTLE * 1e9:
@@ -125,12 +70,13 @@ class Viewer:
             self.score.add(score_image(seen.truth, truth, percepts, geometry, self.seconds))
 
 
-def evaluate_walk(spec: RenderSpec, urdf: str) -> WalkScores:
+def evaluate_walk(spec: RenderSpec) -> WalkScores:
     """Render one walk and score it from `SETTLE` on; each image is seen with every brightness."""
     viewers = {factor: Viewer(factor) for factor in BRIGHTNESS}
     late = Viewer(1.0, late=True)
-    for seen in observations(spec, load_robot(urdf)):
-        truth = View(seen.truth, late.settings, spec.teams)
+    teams = {robot.name: robot.team for robot in spec.scene.robots}
+    for seen in rendered_frames(spec):
+        truth = View(seen.truth, late.settings, teams)
         for viewer in (*viewers.values(), late):
             viewer.judge(seen, truth)
     scores = {factor: viewer.score for factor, viewer in viewers.items()}

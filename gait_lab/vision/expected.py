@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gait_lab.vision.rendered_frames import FrameTruth
 from nao_soccer.vision.percepts import ROBOT_OF, Kind
 from nao_soccer.vision.settings import VisionSettings
 from robot_core.field import seen_from
 from robot_core.geometry import relative
 from robot_core.types import FloatArray, Point2
-from sim_bridge.trials.rendered_frames import FrameTruth
 
 MARGIN = 5.0
 """[px] Between an object that is due and the edge of the image."""

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from gait_lab.vision.expected import Expected, View
+from gait_lab.vision.rendered_frames import FrameTruth
 from nao_soccer.vision.image_geometry import ImageGeometry
 from nao_soccer.vision.percepts import CROSSINGS, ROBOTS, Kind, Percept, Percepts
 from robot_core.geometry import wrapped
 from robot_core.robot.camera import CameraPose
 from robot_core.types import FloatArray, Point2
-from sim_bridge.trials.rendered_frames import FrameTruth
 
 GATE = (0.15, 0.15)
 """[m] and share of the distance within which a percept is that of an object."""
@@ -62,7 +62,6 @@ class Sighting(NamedTuple):
         due: See `Expected`.
         seen_as: Kind of the percept that is nearest to it; None if it was missed.
         percept: [m] Place of that percept.
-        sigma: [m] Standard deviation of that place as vision states it.
     """
 
     kind: Kind
@@ -71,7 +70,6 @@ class Sighting(NamedTuple):
     due: bool
     seen_as: Kind | None
     percept: Point2
-    sigma: float
     pose: PoseDeviation
 
     @property
@@ -244,14 +242,11 @@ def _match(
         found = percept_of.get(i)
         if found is None and not (one.due or one.in_image):
             continue
-        place, sigma = (math.nan, math.nan), math.nan
-        if found is not None:
-            xx, _, yy = found.covariance
-            place, sigma = found.position, math.sqrt(max(xx + yy, 0.0))
         score.sightings.append(
             Sighting(
                 one.kind, one.position, one.in_image, one.due,
-                None if found is None else found.kind, place, sigma, pose,
+                None if found is None else found.kind,
+                (math.nan, math.nan) if found is None else found.position, pose,
             )
         )  # fmt: skip
     score.false += [

@@ -5,11 +5,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from gait_lab.vision.rendered_frames import BALL_TIME, HeadSweep, RenderSpec
 from robot_core.errors import NaoGaitError
 from robot_core.field import Field
 from robot_core.types import STANDSTILL, Point2, Pose2, VelocityCommand
 from sim_bridge.scene import Scene, SceneBall, SceneRobot, load_scene
-from sim_bridge.trials.rendered_frames import BALL_TIME, HeadSweep, RenderSpec
 
 KINDS = ("stand", "walk", "sweep")
 """Standing and walking with a slow head, and walking while the head turns fast."""
@@ -71,7 +71,6 @@ def random_walk(seed: int, kind: str, engine: str, seconds: float, urdf: str) ->
     return RenderSpec(
         scene=scene,
         engine=engine,
-        seed=seed,
         noise_seed=seed,
         balls=tuple(balls),
         command=command,

@@ -73,13 +73,6 @@ class KickTable:
     kicks: tuple[Kick, ...]
     dribbles: tuple[Kick, ...]
 
-    def find(self, motion: str) -> Kick:
-        """The kick of a motion; NaoGaitError if there is none."""
-        for kick in self.kicks:
-            if kick.motion == motion:
-                return kick
-        raise NaoGaitError("kick", motion, ", ".join(kick.motion for kick in self.kicks))
-
 
 def kicks_of(robot: str) -> KickTable:
     """The shipped table of a kind of robot; without one it only dribbles, as a NAO does."""

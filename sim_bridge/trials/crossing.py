@@ -69,11 +69,9 @@ class CrossingSpec(TrialSpec):
 
     Attributes:
         robot: Who crosses; its `urdf` counts, not that of the trial.
-        closed_loop: Whether the parameters have feedback.
     """
 
     robot: CrossingRobot
-    closed_loop: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,8 +52,7 @@ class GetUpResult:
         tries: Get-ups that the gait began until the robot stood. A roll over at the beginning is
             none.
         time: [s] from lying at rest to the gait's stand; None if it never stood.
-        stood: It stood for `STAND` seconds after that.
-        walked: And walked for `WALK` seconds.
+        walked: It stood for `STAND` seconds after that, and walked for `WALK` seconds.
         torque_use: (n,) largest torque of each joint over what its motor has at standstill.
         speed_use: (n,) largest mean speed of each joint over a control period, over its limit.
         saturated: Share of the ticks with at least one motor at its limit.
@@ -62,7 +61,6 @@ class GetUpResult:
     spec: GetUpSpec
     tries: int
     time: float | None
-    stood: bool
     walked: bool
     torque_use: FloatArray
     speed_use: FloatArray
@@ -118,9 +116,9 @@ def get_up(spec: GetUpSpec) -> GetUpResult:
         trial.action = STANDSTILL
         trial.step()
         tries, time = _get_up(trial, use, shipped_library(robot))
-        stood = time is not None and _stays_up(trial, use, STAND)
-        walked = stood and _stays_up(trial, use, WALK)
-    return GetUpResult(spec, tries, time, stood, walked, use.torque, use.speed, use.saturated)
+        up = time is not None and _stays_up(trial, use, STAND)
+        walked = up and _stays_up(trial, use, WALK)
+    return GetUpResult(spec, tries, time, walked, use.torque, use.speed, use.saturated)
 
 
 def _get_up(trial: Trial, use: _MotorUse, library: MotionLibrary) -> tuple[int, float | None]:

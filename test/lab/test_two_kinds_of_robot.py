@@ -6,6 +6,7 @@ import pytest
 
 pytest.importorskip("cv2")
 
+from gait_lab.vision.rendered_frames import HeadSweep, RenderSpec, rendered_frames
 from nao_soccer.vision.colors import load_color_table
 from nao_soccer.vision.detector import Vision
 from nao_soccer.vision.percepts import ROBOTS, Kind
@@ -13,7 +14,6 @@ from nao_soccer.vision.settings import VisionSettings
 from robot_core.errors import NaoGaitError
 from robot_core.field import Field, Goals
 from sim_bridge.scene import Scene, SceneBall, SceneRobot
-from sim_bridge.trials.rendered_frames import RenderSpec, rendered_frames
 
 SEES = {
     "nao": ("camera_top", Kind.ROBOT_BLUE),
@@ -39,9 +39,11 @@ def test_each_sees_the_ball_and_the_other(engine: str, name: str) -> None:
     pytest.importorskip(engine)
     camera, kind = SEES[name]
     vision = Vision(load_color_table("pitch"), VisionSettings(goals=Goals()))
-    spec = RenderSpec(scene=DUEL, engine=engine, robot=name, seconds=0.41, cameras=(camera,))
+    index = [robot.name for robot in DUEL.robots].index(name)
+    head = HeadSweep(speed=0.0, width=1.0, tilt=0.0)
+    spec = RenderSpec(scene=DUEL, engine=engine, robot=index, head=head, seconds=0.41)
     try:
-        frames = list(rendered_frames(spec))
+        frames = [frame for frame in rendered_frames(spec) if frame.camera == camera]
     except NaoGaitError as error:
         if error.field == "cameras":
             pytest.skip(f"no images here: {error.allowed}")

@@ -8,6 +8,7 @@ import pytest
 
 from gait_lab.vision.expected import View
 from gait_lab.vision.fit import fit
+from gait_lab.vision.rendered_frames import FrameTruth
 from gait_lab.vision.score import GATE, PoseDeviation, Score, Sighting, score_image
 from nao_soccer.vision.image_geometry import ImageGeometry
 from nao_soccer.vision.percepts import Kind, Percept, Percepts
@@ -16,7 +17,6 @@ from pitch_image import camera
 from robot_core.field import Goals
 from robot_core.robot.camera import CameraPose, CameraView
 from robot_core.types import Pose2
-from sim_bridge.trials.rendered_frames import FrameTruth
 
 SETTINGS = VisionSettings(goals=Goals())
 PLACE = (-3.0, 0.3)
@@ -27,7 +27,7 @@ def truth(ball: tuple[float, float] | None = (-1.5, 0.3), **others: Pose2) -> Fr
     """A robot at `PLACE` that looks along x, as the field's frame has it."""
     view = camera(*PLACE, 0.0)
     place = None if ball is None else np.array((*ball, 0.05))
-    return FrameTruth(view, (*PLACE, 0.0), np.zeros(3), np.eye(3), place, others)
+    return FrameTruth(view, (*PLACE, 0.0), place, others)
 
 
 def seen(image: FrameTruth, *found: Percept, ball: Percept | None = None, turn: float = 0.0):
@@ -102,9 +102,7 @@ def test_fitted_errors_are_those_that_were_drawn():
             reach = height / math.tan(max(depression, 0.02))
             place = reach * math.cos(bearing), reach * math.sin(bearing)
             found = Kind.BALL if random.uniform() < 0.8 else None
-            sighting = Sighting(
-                Kind.BALL, (distance, 0.0), True, True, found, place, 0.0, pose
-            )
+            sighting = Sighting(Kind.BALL, (distance, 0.0), True, True, found, place, pose)
             score.add(Score(images=1, sightings=[sighting], poses=[pose]))
         runs.append(score)
     errors = fit(runs, 0.1)

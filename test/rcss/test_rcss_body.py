@@ -9,7 +9,7 @@ from nao_lipm_gait import load_robot
 from rcss_bridge import codec
 from rcss_bridge.body import CYCLE, Body, stamp_of
 from rcss_bridge.joints import ROBOTS, server_robot
-from rcss_bridge.landing import CALM_TIME, LANDING_MAX, Landing
+from rcss_bridge.landing import CALM_TIME, FREE_TIME, LANDING_MAX, Landing
 from rcss_server import cycle_message
 from robot_core.errors import NaoGaitError
 from robot_core.types import GRAVITY, JointTargets, SensorFrame
@@ -94,11 +94,11 @@ def answers(landing: Landing, given: list[SensorFrame]) -> list[JointTargets | N
     return [landing.update(each) for each in given]
 
 
-def test_a_drop_is_answered_in_the_first_cycle_and_the_walk_goes_on_after_rest(robot):
+def test_a_drop_is_answered_before_the_ground_and_the_walk_goes_on_after_rest(robot):
     landing, straight = Landing(robot), np.zeros(len(robot.joint_names))
     assert all(each is None for each in answers(landing, frames(robot, 9.8, straight, 1.0)))
     falling = answers(landing, frames(robot, 0.1, straight, 0.4))
-    assert None not in falling
+    assert None not in falling[round(FREE_TIME / CYCLE) :]
     knee = robot.index(robot.left_leg.knee_pitch)
     assert all(each.position[knee] > 0.3 for each in falling if each is not None)
     resting = answers(landing, frames(robot, GRAVITY, robot.stand_pose, CALM_TIME + 0.1))
@@ -133,6 +133,14 @@ def test_who_does_not_come_to_rest_is_the_walks_again(robot):
     shaken = answers(landing, frames(robot, 14.0, robot.stand_pose, LANDING_MAX + 0.1))
     assert shaken[0] is not None
     assert shaken[-1] is None
+
+
+def test_who_lies_with_straight_legs_and_is_pushed_has_not_been_dropped(robot):
+    landing, straight = Landing(robot), np.zeros(len(robot.joint_names))
+    for force, seconds in ((9.8, 0.4), (0.1, FREE_TIME - CYCLE), (9.8, CYCLE), (0.1, CYCLE)):
+        pushed = frames(robot, force, straight, seconds)
+        assert all(each is None for each in answers(landing, pushed))
+    assert landing.count == 0
 
 
 def test_a_hop_with_bent_legs_is_no_drop(robot):

@@ -646,7 +646,8 @@ def test_a_keeper_without_dives_stays_on_its_feet(
 def test_a_robot_that_stands_on_the_spot_kicks_once() -> None:
     """With the ball at its heel; the kick is requested until it runs, and not again after it."""
     mind, motions = new_mind(), []
-    ball, kick = (1.85, -0.06), TABLE.find("kick_backheel_left")
+    ball = 1.85, -0.06
+    (kick,) = (each for each in TABLE.kicks if each.motion == "kick_backheel_left")
     own = kick.robot_pose(
         ball, mind.update(world((1.75, 0.0, math.pi), ball), Body()).plan.direction
     )

@@ -70,7 +70,7 @@ def rough(options: Options) -> Iterator[Row | str]:
     kinds = [(walker, closed) for walker in walkers_of(options) for closed in options.loops]
     specs = [
         CrossingSpec(
-            walker, closed, robot_seed=seed,
+            walker, robot_seed=seed,
             **{**options.trial, "parameters": parameters_of(walker, options, closed)},
         )
         for walker, closed in kinds for seed in options.seeds

@@ -6,7 +6,6 @@ scene: recall counts objects to 3 m that are wholly in the image and hidden by n
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -47,8 +46,7 @@ def vision(options: Options) -> Iterator[Row | str]:
         )
         for seed in options.seeds for kind in KINDS
     ]  # fmt: skip
-    evaluate = partial(evaluate_walk, urdf=options.urdf)
-    results: list[WalkScores] = options.map(evaluate, walks, label="vision")
+    results: list[WalkScores] = options.map(evaluate_walk, walks, label="vision")
     every = merged(score for each in results for score in each.scores.values())
     of = {kind: results[index :: len(KINDS)] for index, kind in enumerate(KINDS)}
     times = np.array(every.times) * 1e3
