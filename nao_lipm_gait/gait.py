@@ -264,9 +264,10 @@ class Gait:
         if state in IN_MOTION:
             return self._motion_targets(frame)
 
-        # Weak motors.
+        # Weak motors. Without a delay the target after the one that is answered is not known yet.
         sent = self._sent_before
-        if state is WALK and missed == self._late == 0 and len(sent) == sent.maxlen:
+        known = self._delay_ticks > 0 and len(sent) == sent.maxlen
+        if known and state is WALK and missed == self._late == 0:
             step = expected.wanted_step[0]
             answered = sent[0], sent[1], sent[2]
             self._hip_lag.update(expected.support, step, frame.joint_position, answered, dt)

@@ -56,7 +56,7 @@ def walked(monkeypatch: pytest.MonkeyPatch) -> list[RolloutSpec]:
 def test_every_variant_is_walked_by_the_same_robots(walked: list[RolloutSpec]) -> None:
     asked = options("robust", robots=2, tasks=("forward=20", "turn"), seed=5)
     found = list(shipped("robust").measure(asked))
-    assert len(walked) == 5 * 2 * 2 * 2
+    assert len(walked) == 6 * 2 * 2 * 2
     assert {spec.robot_seed for spec in walked} == {5, 6}
     stiff = [spec for spec in walked if ("contact.stiffness", 4e4) in spec.plant_options]
     assert len(stiff) == 8
