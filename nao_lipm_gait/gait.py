@@ -266,8 +266,10 @@ class Gait:
 
         # Weak motors. Without a delay the target after the one that is answered is not known yet.
         sent = self._sent_before
-        known = self._delay_ticks > 0 and len(sent) == sent.maxlen
-        if known and state is WALK and missed == self._late == 0:
+        if missed:
+            sent.clear()  # it no longer tells which targets the joints answer
+        answers = self._delay_ticks > 0 and len(sent) == sent.maxlen and self._late == 0
+        if self._walk.watches_hips and answers and state is WALK:
             step = expected.wanted_step[0]
             answered = sent[0], sent[1], sent[2]
             self._hip_lag.update(expected.support, step, frame.joint_position, answered, dt)

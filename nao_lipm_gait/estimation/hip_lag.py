@@ -28,7 +28,7 @@ class HipLag:
         robot: The robot, scaled to the size of a NAO.
 
     Attributes:
-        mean: How much longer hips lag than knees [s]; None while it is not known.
+        mean: Lag of the hips minus that of the knees [s]; None while it is not known.
     """
 
     def __init__(self, robot: RobotDescription) -> None:

@@ -155,6 +155,10 @@ class Walk(Protocol):
     delay_ticks: int
     hip_lag: float | None
 
+    @property
+    def watches_hips(self) -> bool:
+        """Whether `hip_lag` changes the walk."""
+
     def stand_at(self, q_in_odom: Pose2) -> None:
         """Reset to a stand: both feet side by side, the CoM at rest between them."""
 

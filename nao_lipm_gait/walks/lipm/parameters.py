@@ -121,8 +121,8 @@ class LipmParameters(GaitParameters):
     )
     hip_lag_max: float = number(
         0.0, 0.0, 0.05, "s",
-        "Steps ahead begin short and stay below 63 mm (of a NAO) until the hips lag less than "
-        "this longer than the knees, for motors that are weak or hot; 0 = off.",
+        "For motors that are weak or hot: steps ahead begin short and stay below 63 mm (of a NAO) "
+        "until the hip of the swing leg lags at most this much more than its knee; 0 = off.",
     )
 
     @property

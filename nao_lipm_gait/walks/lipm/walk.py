@@ -333,6 +333,11 @@ class LipmWalk:
     # -- state for status and diagnostics ----------------------------------------------------------
 
     @property
+    def watches_hips(self) -> bool:
+        """See `Walk`."""
+        return self._p.hip_lag_max > 0.0
+
+    @property
     def finished(self) -> bool:
         """Whether a stop has brought the CoM to rest, in the observed state too."""
         return self.stopping and is_at_rest(self.predicted) and is_at_rest(self.estimated)

@@ -103,6 +103,7 @@ class ZmpWalk:
         self._dt = control_period
         self._half_stride: HalfStride
         self.hip_lag: float | None = None
+        self.watches_hips = False
         self.delay_ticks = max(0, round(parameters.feedback_delay / control_period))
         self._p = parameters
         self.stand_at(NOWHERE)
