@@ -15,7 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -195,13 +195,13 @@ class BagContents:
     """
 
     path: Path
-    messages: Mapping[str, list[tuple[int, Any]]]
+    messages: Mapping[str, list[tuple[int, Any]]] = field(repr=False)
     topics: Mapping[str, TopicSummary]
     remarks: tuple[str, ...]
 
 
 def open_bag(
-    path: Path, topics: Iterable[str] | None = None, wanted: Wanted | None = None
+    path: str | Path, topics: Iterable[str] | None = None, wanted: Wanted | None = None
 ) -> BagContents:
     """Read a bag; only messages that are wanted are kept in memory.
 
@@ -216,6 +216,7 @@ def open_bag(
     Raises:
         NaoGaitError: The path is no bag at all.
     """
+    path = Path(path)
     files = _files(path)
     remarks: list[str] = []
     names = None if topics is None else frozenset(topics)

@@ -117,9 +117,9 @@ class TourDriver:
 
     def close(self) -> None:
         """Close the recorder, and let time run on."""
+        self._recorder.close()
         if self._lockstep is not None:
             self._lockstep.leave()
-        self._recorder.close()
 
     def _wait_for_stand(self) -> None:
         deadline = time.monotonic() + START

@@ -523,8 +523,8 @@ def record(
                     records = records or not joined
                 executor.spin_once(timeout_sec=min(0.2, end - now))
                 writer.sync()
-            lockstep.leave()
             recorder.close()
+            lockstep.leave()  # not sooner: a simulator that runs on outpaces a busy recorder
             total = sum(writer.counts.values())
     finally:
         rclpy.try_shutdown()

@@ -92,6 +92,9 @@ class Trace:
     def __len__(self) -> int:
         return len(self.stamp)
 
+    def __repr__(self) -> str:
+        return f"Trace({len(self)} ticks: {', '.join(field.name for field in fields(self))})"
+
     @property
     def time(self) -> FloatArray:
         """(t,) seconds since the first tick."""

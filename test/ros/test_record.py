@@ -20,9 +20,10 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 
 from gait_lab.analysis.bag import open_bag
-from gait_lab.record.recorder import ClockChoice, StampGaps
+from gait_lab.record import recorder
+from gait_lab.record.recorder import ClockChoice, StampGaps, TopicRecorder
 from robot_core.errors import NaoGaitError
-from robot_core.ros.lockstep import UNTIL
+from robot_core.ros.lockstep import UNTIL, LockstepPartner
 from ros_probe import ROOT, TIMEOUT, Probe, nanoseconds, stamp
 
 TOPICS = ("/clock", "/joint_states", "/ground_truth/odom")
@@ -162,6 +163,17 @@ def test_lockstep_at_full_speed_loses_nothing_from_the_first_message_on(
         assert sampled[0] == begin - 40_000_000, "sensors are 40 ms old"
         # The gait answers the robot first: the next tick may overtake the rest of its messages.
         assert begin <= messages[0][0] <= begin + 10_000_000, topic
+
+
+def test_time_runs_on_only_after_the_bag_is_closed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A simulator that runs on meanwhile outpaces a busy recorder, which then misses messages.
+    ends = []
+    for each, method in ((TopicRecorder, "close"), (LockstepPartner, "leave")):
+        monkeypatch.setattr(each, method, lambda _, ended=method: ends.append(ended))
+    recorder.record(tmp_path / "bag", duration=0.01, simulated_time=False, say=lambda _: None)
+    assert ends == ["close", "leave"]
 
 
 def simulator(answer: list[bool] | None) -> Any:

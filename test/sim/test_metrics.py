@@ -258,3 +258,10 @@ def test_the_lead_is_that_of_the_alarm_in_whose_course_the_robot_falls() -> None
     assert result.fall_lead == 0.0
     assert not result.false_alarm
     assert measure(walk(alarm=alarm), 0.0, 10.0).false_alarm
+
+
+def test_a_printed_trace_is_a_line() -> None:
+    text = repr(walk(200))
+    assert "200 ticks" in text
+    assert "com_measured_in_q" in text
+    assert len(text) < 500
