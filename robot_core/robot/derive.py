@@ -404,16 +404,28 @@ def _outline(
     return _hull([(x, y) for x, y, _ in points.tolist()])
 
 
+def _ankle(tree: RobotTree, leg: Mapping[str, str]) -> FloatArray:
+    """(3,) [m] The point of the roll axis nearest to the pitch axis, in the frame of the root.
+
+    The origin of a joint may be anywhere on its axis, such as at the front of the foot.
+    """
+    pitch, roll = tree.joints[leg["ankle_pitch"]], tree.joints[leg["ankle_roll"]]
+    axes = np.column_stack((roll.axis, -pitch.axis))
+    along = np.linalg.lstsq(axes, pitch.position - roll.position, rcond=None)[0][0]
+    return roll.position + along * roll.axis
+
+
 def _add_soles(
     element: ET.Element, tree: RobotTree, legs: tuple[Mapping[str, str], ...], path: Path
 ) -> list[list[float]]:
     """Add a link in the plane of each sole, below the ankle; the outline of the left one."""
+    import pinocchio as pin
+
     outline: list[list[float]] = []
     for name, leg in zip(SOLES, legs, strict=True):
         points = _foot_points(element, tree, leg, path)
         foot = max(leg.values(), key=lambda each: len(tree.joints[each].above))
-        ankle = tree.joints[leg["ankle_roll"]].position
-        origin = np.array([ankle[0], ankle[1], points[:, 2].min()])
+        origin = np.array([*_ankle(tree, leg)[:2], points[:, 2].min()])
         if not outline:
             outline = _hull([(x, y) for x, y, _ in (points - origin).tolist()])
         link = tree.links_of(foot)[0]
@@ -422,15 +434,10 @@ def _add_soles(
         joint = ET.SubElement(element, "joint", name=f"{name}_fixed", type="fixed")
         ET.SubElement(joint, "parent", link=link)
         ET.SubElement(joint, "child", link=name)
-        rotation = local.rotation
-        pitch = math.asin(-max(-1.0, min(1.0, rotation[2, 0])))
-        rpy = (
-            math.atan2(rotation[2, 1], rotation[2, 2]), pitch,
-            math.atan2(rotation[1, 0], rotation[0, 0]),
-        )  # fmt: skip
+        rpy = pin.rpy.matrixToRpy(local.rotation).tolist()
         ET.SubElement(
             joint, "origin", xyz=" ".join(map(repr, local.act(origin).tolist())),
-            rpy=" ".join(map(repr, map(float, rpy))),
+            rpy=" ".join(map(repr, rpy)),
         )  # fmt: skip
     return outline
 

@@ -275,8 +275,9 @@ def _words(values: FloatArray) -> str:
 
 
 def _origin(element: ET.Element, place: FloatArray, quaternion: FloatArray) -> None:
+    import pinocchio as pin
+
     w, x, y, z = map(float, quaternion)
-    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
-    yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    ET.SubElement(element, "origin", xyz=_words(place), rpy=_words(np.array((roll, pitch, yaw))))
+    # Not by arcsin and arctan2: bodies are often turned by 90 deg about y, where these are noise.
+    rpy = pin.rpy.matrixToRpy(pin.Quaternion(w, x, y, z).normalized().matrix())
+    ET.SubElement(element, "origin", xyz=_words(place), rpy=_words(rpy))

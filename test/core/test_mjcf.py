@@ -84,6 +84,38 @@ def test_roles_and_soles_are_found(walker: RobotDescription) -> None:
     assert (min(xs), max(xs)) == pytest.approx((-0.06, 0.10))
 
 
+ROLL = '<joint name="{s}_ankle_roll" axis="1 0 0" range="-1 1"/>'
+FOOT = """<body name="{s}_foot" pos="0 0 -.01">""" + ROLL + """
+      <geom type="box" pos=".02 0 -.03" size=".08 .04 .01" mass=".2"/>"""
+# The same foot in axes that point up, ahead and to the left.
+TURNED = """<body name="{s}_foot" pos="0 0 -.01" quat=".5 -.5 -.5 -.5">
+      <joint name="{s}_ankle_roll" axis="0 1 0" range="-1 1"/>
+      <geom type="box" pos="-.03 .02 0" size=".01 .08 .04" mass=".2"/>"""
+
+
+@pytest.mark.parametrize(
+    ("part", "other"),
+    [(FOOT, TURNED), (ROLL, ROLL.replace(" axis", ' pos=".07 0 0" axis'))],
+    ids=["foot", "origin_of_roll"],
+)
+def test_a_sole_is_below_the_ankle_whatever_the_axes_of_the_foot_and_the_origin_of_its_joint(
+    tmp_path: Path, walker: RobotDescription, part: str, other: str
+) -> None:
+    assert part in LEG
+    legs = "".join(LEG.replace(part, other).format(s=side, y=y)
+                   for side, y in (("left", 0.06), ("right", -0.06)))  # fmt: skip
+    (tmp_path / "walker.xml").write_text(model(legs))
+    same = load_robot(tmp_path / "walker.xml")
+    np.testing.assert_allclose(same.sole_outline, walker.sole_outline, atol=2e-4)
+    places = []
+    for robot in (walker, same):
+        body = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
+        data = body.createData()
+        pin.framesForwardKinematics(body, data, pin.neutral(body))
+        places.append([data.oMf[body.getFrameId(sole)].homogeneous for sole in robot.sole_frames])
+    np.testing.assert_allclose(places[1], places[0], atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
