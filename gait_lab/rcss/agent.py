@@ -28,6 +28,7 @@ class Agent:
         number: Of the player.
         field: The server's field, on which it plays soccer; empty = it walks as it is told.
         exact: It plays with percepts without errors, misses and delay.
+        seed: Of these errors.
 
     Attributes:
         robot: Its description.
@@ -46,6 +47,7 @@ class Agent:
         number: int = 2,
         field: str = "",
         exact: bool = False,
+        seed: int = 0,
     ) -> None:
         self.robot = robot = load_robot(server_robot.robot)
         if preset == DEFAULT:
@@ -60,7 +62,9 @@ class Agent:
         self._put: Pose2 | None = None
         self.player: ServerPlayer | None = None
         if field:
-            self.player = ServerPlayer(robot, self.gait, team, number, field, exact=exact)
+            self.player = ServerPlayer(
+                robot, self.gait, team, number, field, exact=exact, seed=seed
+            )
 
     def beam(self, pose: Pose2) -> None:
         """Be put at a pose in the own half as soon as the play mode allows it."""

@@ -12,6 +12,7 @@ from multiprocessing.process import BaseProcess
 from gait_lab.demo.node_processes import end_with_parent
 from gait_lab.rcss.agent import Agent
 from gait_lab.rcss.field import FIELD, ServerField
+from gait_lab.rcss.player import NUMBER_MAX
 from gait_lab.terminal import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from rcss_bridge.body import CYCLE
 from rcss_bridge.client import RETRY, Client, ServerGoneError
@@ -24,7 +25,6 @@ SETTLED = 2.0
 """[s] that a robot stands after it has landed, before it walks."""
 PATIENCE = 30.0
 """[s] for which a lost server, or a place on it, is looked for."""
-NUMBER_MAX = 99
 ASKED_TO_END = signal.SIGINT, signal.SIGTERM
 SPEED_MAX, TURN_MAX = 2.0, 4.0
 """Largest commands [m/s], [rad/s]."""

@@ -43,12 +43,13 @@ class ServerEyes:
     """
 
     def __init__(
-        self, robot: RobotDescription, field: ServerField, team: str, number: int, *, exact: bool
-    ) -> None:
+        self, robot: RobotDescription, field: ServerField, team: str, number: int, seed: int,
+        *, exact: bool,
+    ) -> None:  # fmt: skip
         errors = load_percept_errors()
         reach = IMAGE.fx / MEASURED_FOCAL * OBJECTS / field.size
         errors = attrs.evolve(errors, distances=tuple(reach * each for each in errors.distances))
-        self._model = None if exact else ErrorModel(errors, number)
+        self._model = None if exact else ErrorModel(errors, seed)
         self._delay = 0 if exact else round(errors.delay * 1e9)
         self._camera = CameraModel(robot, next(iter(robot.cameras)), IMAGE)
         self.places = field.places(right=False)

@@ -9,7 +9,7 @@ import shutil
 import statistics
 import subprocess
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
@@ -23,6 +23,7 @@ from gait_lab.rcss.field import FIELD
 from gait_lab.rcss.game import HALF
 from gait_lab.rcss.server import Server
 from nao_soccer.game_state import Role
+from nao_soccer.world.state import WorldState
 from rcss_bridge.body import CYCLE
 from rcss_bridge.client import TIMEOUT, Client
 from rcss_bridge.codec import Percepts
@@ -58,6 +59,7 @@ class Account:
         get_ups: How often a robot got up again.
         put_back: How often the referee put a robot beside the field.
         one_striker: Share of the time of all teams with exactly one striker.
+        unsure: Share of the time of all upright robots in which they do not know where they are.
         wall: Wall time [s].
         server: Processor time [s] of the server.
         cpu: Processor time [s] of each player in each cycle.
@@ -70,6 +72,7 @@ class Account:
     get_ups: int = 0
     put_back: int = 0
     one_striker: float = math.nan
+    unsure: float = math.nan
     wall: float = 0.0
     server: float = 0.0
     cpu: list[float] = field(default_factory=list)
@@ -85,6 +88,7 @@ class Squad(AbstractContextManager["Squad"]):
         team: Name of their team.
         numbers: Their numbers.
         exact: They play with percepts without errors, misses and delay.
+        seed: Of these errors.
 
     Attributes:
         robot: What all of them are.
@@ -94,9 +98,10 @@ class Squad(AbstractContextManager["Squad"]):
     """
 
     def __init__(
-        self, port: int, robot: ServerRobot, team: str, numbers: Sequence[int], *, exact: bool
-    ) -> None:
-        self.robot, self._exact = robot, exact
+        self, port: int, robot: ServerRobot, team: str, numbers: Sequence[int], *, exact: bool,
+        seed: int = 0,
+    ) -> None:  # fmt: skip
+        self.robot, self._exact, self._seed = robot, exact, seed
         self.members = [
             Member(team, number, Client("127.0.0.1", port, robot.name, team, number),
                    self._agent(team, number))
@@ -106,7 +111,9 @@ class Squad(AbstractContextManager["Squad"]):
         self.percepts: Percepts | None = None
 
     def _agent(self, team: str, number: int) -> Agent:
-        return Agent(self.robot, team, number=number, field=FIELD, exact=self._exact)
+        return Agent(
+            self.robot, team, number=number, field=FIELD, exact=self._exact, seed=self._seed
+        )
 
     @property
     def complete(self) -> bool:
@@ -221,16 +228,19 @@ class TeamProcess(AbstractContextManager["TeamProcess"]):
         count: Number of players.
         begin: Play time [s] at which the game begins.
         exact: They play with percepts without errors, misses and delay.
+        seed: Of these errors.
     """
 
     def __init__(
-        self, port: int, robot: ServerRobot, team: str, count: int, begin: float, *, exact: bool
-    ) -> None:
+        self, port: int, robot: ServerRobot, team: str, count: int, begin: float, *, exact: bool,
+        seed: int = 0,
+    ) -> None:  # fmt: skip
         context = multiprocessing.get_context("spawn")
         self._team = team
         self._connection, end = context.Pipe()
         self._process = context.Process(
-            target=_team, args=(end, os.getpid(), port, robot, team, count, begin, exact)
+            target=_team,
+            args=(end, os.getpid(), port, robot, team, count, begin, exact, seed),
         )
         self._process.start()
         end.close()
@@ -267,11 +277,11 @@ class TeamProcess(AbstractContextManager["TeamProcess"]):
 
 def _team(
     parent: Connection, pid: int, port: int, robot: ServerRobot, team: str, count: int,
-    begin: float, exact: bool,
+    begin: float, exact: bool, seed: int,
 ) -> None:  # fmt: skip
     """What the process of a team does; see `TeamProcess`."""
     end_with_parent(pid)
-    with Squad(port, robot, team, range(1, count + 1), exact=exact) as squad:
+    with Squad(port, robot, team, range(1, count + 1), exact=exact, seed=seed) as squad:
         parent.recv()
         try:
             while not squad.complete:
@@ -290,7 +300,7 @@ def _team(
 def _half(squad: Squad, begin: float) -> Account:
     """Wait for the kick-off and play to the end of the half."""
     account, members = Account(), squad.members
-    beams, ones, whole = 0, 0, 0
+    beams, ones, whole, upright, unsure = 0, 0, 0, 0, 0
     while not account.ended:
         squad.cycle()
         assert squad.percepts is not None
@@ -303,6 +313,9 @@ def _half(squad: Squad, begin: float) -> Account:
             roles = [_role(each) for each in members]
             whole += 1
             ones += roles.count(Role.STRIKER) == 1
+            worlds = [world for each in members if (world := _world(each)) is not None]
+            upright += sum(each.upright for each in worlds)
+            unsure += sum(each.upright and not each.own.valid for each in worlds)
         account.ended = game.mode == "GameOver"
         if not account.ended:
             account.seconds, account.score = game.time - begin, game.score
@@ -311,6 +324,7 @@ def _half(squad: Squad, begin: float) -> Account:
     drops = sum(each.agent.landing.count for each in members) - beams
     account.put_back = drops - sum(account.score) * len(members)
     account.one_striker = ones / whole if whole else math.nan
+    account.unsure = unsure / upright if upright else math.nan
     account.cpu = squad.cpu
     return account
 
@@ -323,6 +337,7 @@ def play(
     exact: bool,
     against: str = "",
     half: int = 0,
+    seed: int = 0,
 ) -> Account:
     """Play the last `seconds` [s] of a half, to its end; the left team kicks off.
 
@@ -333,6 +348,7 @@ def play(
         exact: We play with percepts without errors, misses and delay.
         against: Command of the right team's players, see `Guests`; empty = it is ours too.
         half: 0 or 1.
+        seed: Of the percepts' errors; each team has its own.
 
     Raises:
         ServerGoneError: The server has ended.
@@ -347,9 +363,11 @@ def play(
     ):
         teams = [
             stack.enter_context(
-                TeamProcess(server.port, robot, name, count, begin, exact=exact)
+                TeamProcess(
+                    server.port, robot, name, count, begin, exact=exact, seed=2 * seed + side
+                )
             )
-            for name, count in zip(TEAMS, ours, strict=False)
+            for side, (name, count) in enumerate(zip(TEAMS, ours, strict=False))
         ]
         for team in teams:  # who comes first gets the left side
             team.join()
@@ -368,14 +386,14 @@ def play(
         server.order("(kickOff Left)")
         accounts = [team.account() for team in teams]
         wall, worked = time.monotonic() - began, server.cpu - worked
-    strikers = [each.one_striker for each in accounts if not math.isnan(each.one_striker)]
     return Account(
         seconds=accounts[0].seconds,
         score=accounts[0].score,
         falls=sum(each.falls for each in accounts),
         get_ups=sum(each.get_ups for each in accounts),
         put_back=sum(each.put_back for each in accounts),
-        one_striker=statistics.fmean(strikers) if strikers else math.nan,
+        one_striker=_mean(each.one_striker for each in accounts),
+        unsure=_mean(each.unsure for each in accounts),
         wall=wall,
         server=worked,
         cpu=[time for each in accounts for time in each.cpu],
@@ -429,6 +447,17 @@ def alone(squad: Squad, server: Server, start: Start, limit: float) -> tuple[flo
         if score > before:
             return count * CYCLE, member.agent.falls
     return math.nan, member.agent.falls
+
+
+def _mean(shares: Iterable[float]) -> float:
+    """Of those that are known."""
+    known = [each for each in shares if not math.isnan(each)]
+    return statistics.fmean(known) if known else math.nan
+
+
+def _world(member: Member) -> WorldState | None:
+    player = member.agent.player
+    return None if player is None or player.decision is None else player.decision.world
 
 
 def _role(member: Member) -> Role | None:

@@ -43,9 +43,9 @@ PLANS = PlanSettings(dribble_speed=0.1, past=5.0)
 """Among opponents a dribbled ball hardly gets on; a kick goes past those in its way."""
 PACE = 1.2
 """Share of a NAO's speeds that is asked for: the field is large, the floor even and hard."""
-TEAM_SIZE = 11
-UNSEEN = 40.0
-"""[s] for which odometry is enough: the landmarks are up to 20 m apart."""
+TEAM_SIZE, NUMBER_MAX = 11, 99
+UNSEEN, DEVIATION, TILT_TIME = 40.0, 0.5, 5.0
+"""Of `WorldSettings`: the landmarks are up to 20 m apart, few are seen, and from afar."""
 
 
 class ServerPlayer:
@@ -58,6 +58,7 @@ class ServerPlayer:
         number: Its number; 1 is the goalkeeper.
         field: Name of the server's field.
         exact: Percepts without errors, misses and delay.
+        seed: Of their errors and of the particles; players of other numbers have others.
 
     Attributes:
         player: World model and behaviour; made before the player joins, whom the server does not
@@ -77,24 +78,27 @@ class ServerPlayer:
         field: str,
         *,
         exact: bool = False,
+        seed: int = 0,
     ) -> None:
         self._gait, self._size = gait, robot.size
         self._team, self._number = team, number
         self._field = ServerField(field, self._size)
         ground, goals, limits = self._field.field, self._field.goals, walk_limits(gait)
         kicks = kicks_of(f"{robot.motions}_rcss")
+        seed = seed * (NUMBER_MAX + 1) + number
         self.player = Player(
             Identity(0, number, TEAM_SIZE),
             robot,
             WorldSettings(
-                field=ground, goals=goals, poles=self._field.poles, seed=number, unseen=UNSEEN
+                field=ground, goals=goals, poles=self._field.poles, seed=seed,
+                unseen=UNSEEN, deviation=DEVIATION, tilt_time=TILT_TIME,
             ),
             limits=limits,
             planner=Planner(kicks, limits, ground, goals, PLANS),
             duel=DuelSettings(receive_ahead=4.0, receive_aside=0.08),  # where a kick ends
         )
         self._orders = GaitOrders(gait, self._size, BALL)
-        self._eyes = ServerEyes(robot, self._field, team, number, exact=exact)
+        self._eyes = ServerEyes(robot, self._field, team, number, seed, exact=exact)
         self.command: VelocityCommand = STANDSTILL
         self.start: Pose2 | None = None
         self.speech: bytes | None = None

@@ -29,6 +29,8 @@ WRONG = 0.05
 """Share of percepts that are wrong."""
 YAW_ERROR = 0.2
 """[rad] Standard deviation of the orientation of a crossing."""
+SIDES_TRIED = 72
+"""Number of headings from which a known landmark that is seen alone is tried."""
 MAP_VARIANCE = 0.02**2
 """[m^2] Variance of a place on the map: cells, paint, and errors that no percept knows of."""
 
@@ -117,22 +119,23 @@ class Evidence:
 
 
 def log_likelihood(
-    evidence: Evidence, poses: FloatArray, field: FieldMap
+    evidence: Evidence, poses: FloatArray, field: FieldMap, further: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Log-likelihoods (n,) of an image for poses (n, 3) of base_footprint in `field`.
 
-    And the share of the evidence (n,) that each pose explains.
+    And the share of the evidence (n,) that each pose explains. `further` (n,): by how many standard
+    deviations all percepts are too far away, by an error of the camera's tilt.
     """
     c, s = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
     total = np.zeros(len(poses))
     explained = np.zeros(len(poses))
     count = len(evidence.points)
     if count:
-        each = _points(evidence, poses, c, s, field)
+        each = _points(evidence, poses, c, s, field, further)
         share = evidence.line_weight / count
         total += share * _mixed(each, explained, share)
     for landmark in evidence.landmarks:
-        each = _landmark(landmark, poses, c, s, field)[:, None]
+        each = _landmark(landmark, poses, c, s, field, further)[:, None]
         total += landmark.weight * _mixed(each, explained, landmark.weight)
     return total, explained / max(evidence.weight, 1e-9)
 
@@ -149,11 +152,33 @@ def _mixed(square: FloatArray, explained: FloatArray, weight: float) -> FloatArr
     return result
 
 
+def _nearer(
+    position: FloatArray, covariance: FloatArray, further: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """x, y of percepts (m, 2) without the error that makes them seem further away: (m,) or (n, m).
+
+    Their covariances (m, 3) hold the map's variance.
+    """
+    x, y = position.T
+    if further is None:
+        return x, y
+    xx, xy, yy = covariance.T
+    square = np.maximum(x * x + y * y, 1e-6)
+    variance = (x * x * xx + 2.0 * x * y * xy + y * y * yy) / square - MAP_VARIANCE
+    scale = 1.0 - further[:, None] * np.sqrt(np.maximum(variance, 0.0) / square)
+    return scale * x, scale * y
+
+
 def _points(
-    evidence: Evidence, poses: FloatArray, c: FloatArray, s: FloatArray, field: FieldMap
+    evidence: Evidence,
+    poses: FloatArray,
+    c: FloatArray,
+    s: FloatArray,
+    field: FieldMap,
+    further: FloatArray | None,
 ) -> FloatArray:
     """(n, m) squared distances of the line points from the nearest line."""
-    px, py = evidence.points[:, 0], evidence.points[:, 1]
+    px, py = _nearer(evidence.points, evidence.covariances, further)
     xx, xy, yy = evidence.covariances.T
     distance, nx, ny = field.nearest(
         poses[:, 0:1] + c * px - s * py, poses[:, 1:2] + s * px + c * py
@@ -166,14 +191,20 @@ def _points(
 
 
 def _landmark(
-    landmark: Landmark, poses: FloatArray, c: FloatArray, s: FloatArray, field: FieldMap
+    landmark: Landmark,
+    poses: FloatArray,
+    c: FloatArray,
+    s: FloatArray,
+    field: FieldMap,
+    further: FloatArray | None = None,
 ) -> FloatArray:
     """(n,) squared distance of a landmark from the nearest one of its kind on the map."""
     candidates = landmark.candidates(field)
     dx = candidates[:, 0] - poses[:, 0:1]
     dy = candidates[:, 1] - poses[:, 1:2]
-    ex = c * dx + s * dy - landmark.position[0]
-    ey = c * dy - s * dx - landmark.position[1]
+    px, py = _nearer(landmark.position[None], np.array((landmark.covariance,)), further)
+    ex = c * dx + s * dy - px
+    ey = c * dy - s * dx - py
     xx, xy, yy = landmark.covariance
     determinant = xx * yy - xy * xy
     square = (yy * ex * ex - 2.0 * xy * ex * ey + xx * ey * ey) / determinant
@@ -187,10 +218,12 @@ def _landmark(
 
 
 def poses_from(evidence: Evidence, field: FieldMap) -> FloatArray:
-    """Poses (k, 3) on the carpet that explain a crossing, two posts or two known landmarks."""
+    """Poses (k, 3) on the carpet that explain a crossing, two posts or known landmarks."""
     found = [_from_crossing(each, field) for each in evidence.landmarks if each.kind in PERIODS]
     known = [each for each in evidence.landmarks if each.place is not None]
     found += [_from_known(first, second, field) for first, second in pairwise(known)]
+    if len(known) == 1:
+        found.append(_around(known[0], field))
     posts = [each.position for each in evidence.landmarks if each.kind is Kind.GOAL_POST]
     for index, first in enumerate(posts):
         for second in posts[index + 1 :]:
@@ -230,6 +263,12 @@ def _from_known(first: Landmark, second: Landmark, field: FieldMap) -> FloatArra
     yaw = math.atan2(on_map[1], on_map[0]) - math.atan2(apart[1], apart[0])
     middle = 0.5 * (first.position + second.position)
     return _standing(0.5 * (a + b)[None], np.array([yaw]), middle)
+
+
+def _around(landmark: Landmark, field: FieldMap) -> FloatArray:
+    place = landmark.candidates(field)[:, :2]
+    yaw = np.linspace(0.0, math.tau, SIDES_TRIED, endpoint=False)
+    return _standing(np.repeat(place, SIDES_TRIED, axis=0), yaw, landmark.position)
 
 
 def _standing(places: FloatArray, yaw: FloatArray, seen: FloatArray) -> FloatArray:

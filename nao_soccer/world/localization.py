@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from nao_soccer.world.field_map import FieldMap
-from nao_soccer.world.lasting_errors import LastingErrors
+from nao_soccer.world.lasting_errors import LASTING, LastingErrors
 from nao_soccer.world.likelihood import Evidence, log_likelihood, poses_from
 from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.settings import WorldSettings
@@ -23,8 +23,8 @@ RESAMPLE_BELOW = 0.5
 """Resample if fewer particles than this share carry the weight."""
 ROUGHENING = (0.012, 0.012, 0.008)
 """[m, m, rad] Deviations that are added to each particle when it is drawn."""
-CLUSTER = (0.3, 0.3)
-"""[m, rad] Particles that are nearer than this are in one cluster."""
+CLUSTER = (1.2, 0.3)
+"""[deviations of a valid pose, rad] Particles that are nearer than this are in one cluster."""
 SYSTEMATIC = (0.01, 0.01, 0.005)
 """[m, m, rad] Deviations by errors of base_footprint and of the map, which last."""
 CENTRES = 20
@@ -39,9 +39,9 @@ USUAL = 0.75
 """Explained share of the evidence that is usual, at the start."""
 USUAL_MIN = 0.55
 """Smallest share that can become usual."""
-SAME_PLACE = (0.25, 0.8)
-"""[m, rad] Deviations of a pose that is found again from the last valid one, which odometry has
-carried on; they decide between mirror poses. Without a yaw gyro others turn the robot unnoticed."""
+SAME_HEADING = 0.8
+"""[rad] Deviation of a pose that is found again from the last valid one, which odometry has carried
+on; it decides between mirror poses. Without a yaw gyro others turn the robot unnoticed."""
 SURE = 12.0
 """Largest log-odds of the half of the field; those of a known start."""
 CARRIED = 0.005
@@ -62,7 +62,6 @@ class Validity:
 
     Attributes:
         MASS: Share of the particles in the heaviest cluster.
-        DEVIATION: [m] of the place, largest axis.
         HEADING: [rad] Deviation of the heading.
         EXPLAINED: Share of the usual explained evidence.
         IMAGES: Images in a row that fulfil all this before a pose becomes valid again.
@@ -70,7 +69,6 @@ class Validity:
     """
 
     MASS = 0.7
-    DEVIATION = 0.25
     HEADING = math.radians(15.0)
     EXPLAINED = 0.8
     ODDS = 2.0
@@ -100,12 +98,16 @@ class Localization:
         self._mean = np.zeros(3)
         self._covariance = np.eye(3)
         self._lasting = LastingErrors()
+        self._deviation = settings.deviation
+        self._tilt_time = settings.tilt_time
+        self._further = self._random_tilt(self._count) if self._tilt_time else None
         self._mass = 0.0
         self._odds = 0.0
         self._fast = self._usual = USUAL
         self._good = self._bad = 0
         self._unseen, self._unseen_max = math.inf, settings.unseen
         self._lost = True
+        self._named = False
         self._reference: FloatArray
         self.spread()
 
@@ -150,7 +152,12 @@ class Localization:
 
     def _follow(self, pose: FloatArray) -> None:
         """Take a pose (3,) for the last valid one, which odometry carries on without a jump."""
-        self._reference, self._slack, self._followed = pose, SAME_PLACE, True
+        self._reference, self._followed = pose, True
+        self._slack = self._deviation, SAME_HEADING
+
+    def _random_tilt(self, count: int) -> FloatArray:
+        """(count,) errors of the camera's tilt, in standard deviations of what vision states."""
+        return LASTING * self._random.standard_normal(count)
 
     # -- filter ------------------------------------------------------------------------------------
 
@@ -166,12 +173,16 @@ class Localization:
         self._lasting.move(_jacobian(self._mean[2], motion))
         self._reference = np.array(compose(_pose(self._reference), motion.offset))
         self._unseen += seconds
+        if self._further is not None:  # a first-order Gauss-Markov process
+            keep = math.exp(-seconds / self._tilt_time)
+            fresh = self._random_tilt(self._count)
+            self._further = keep * self._further + math.sqrt(1.0 - keep * keep) * fresh
 
     def see(self, evidence: Evidence) -> None:
         """Weigh the particles by one image, draw new ones, find the heaviest cluster."""
         if evidence.weight < 1.0:
             return
-        logs, explained = log_likelihood(evidence, self.particles, self._field)
+        logs, explained = log_likelihood(evidence, self.particles, self._field, self._further)
         self._lasting.see(evidence, self._mean, self._covariance, self._field)
         weights = self.weights * np.exp(logs - logs.max())
         self.weights = weights / weights.sum()
@@ -186,8 +197,10 @@ class Localization:
         good = self._is_good()
         self._good, self._bad = (self._good + 1, 0) if good else (0, self._bad + 1)
         self._compare_with_history()
-        if evidence.known and self._good:  # the mirror pose would show another one there
-            self._odds = SURE
+        if evidence.known:
+            self._named = True
+            if self._good:  # the mirror pose would show another one there
+                self._odds = SURE
         if not self._lost and self._good:
             step = SLOW * strength * (share - self._usual)
             self._usual = max(USUAL_MIN, self._usual + step)
@@ -212,6 +225,8 @@ class Localization:
         index = np.searchsorted(np.cumsum(self.weights), drawn).clip(0, self._count - 1)
         noise = self._random.standard_normal((self._count, 3)) * ROUGHENING
         self.particles = self.particles[index] + noise
+        if self._further is not None:
+            self._further = self._further[index]
         self.weights = np.full(self._count, 1.0 / self._count)
 
     def _inject(self, evidence: Evidence) -> None:
@@ -224,16 +239,20 @@ class Localization:
         if len(poses):
             logs, _ = log_likelihood(evidence, poses, self._field)
             share = np.exp(logs - logs.max())
+            if evidence.known:  # one of them fits from all sides
+                share *= CARRIED + np.exp(-0.5 * self._away(poses))
             poses = poses[self._random.choice(len(poses), number, p=share / share.sum())]
             poses = poses + self._random.standard_normal((number, 3)) * (0.1, 0.1, 0.1)
         else:
             low = -np.array((*self._field.half, math.pi))
             poses = self._random.uniform(low, -low, (number, 3))
-        if evidence.known < 2:
+        if not evidence.known:
             poses = self._on_our_side(poses)
         # The least likely particles make room; the new ones have the usual weight.
         worst = np.argpartition(self.weights, number)[:number]
         self.particles[worst] = poses
+        if self._further is not None:
+            self._further[worst] = self._random_tilt(number)
         self.weights[worst] = 1.0 / self._count
         self.weights /= self.weights.sum()
 
@@ -254,7 +273,12 @@ class Localization:
     # -- half of the field -------------------------------------------------------------------------
 
     def judge_half(self, log_ratio: float) -> None:
-        """Use what team mates tell: log-likelihood of the pose minus that of its mirror pose."""
+        """Use what team mates tell: log-likelihood of the pose minus that of its mirror pose.
+
+        Who knows landmarks by their names sees the half, and two robots may see different balls.
+        """
+        if self._named:
+            return
         self._odds = min(SURE, self._odds + log_ratio)
         if self._odds < FLIP:
             self.particles = mirrored(self.particles)
@@ -268,7 +292,7 @@ class Localization:
     def _find_cluster(self) -> None:
         """Mean and covariance of the heaviest cluster."""
         p, w = self.particles, self.weights
-        place, heading = CLUSTER
+        place, heading = CLUSTER[0] * self._deviation, CLUSTER[1]
         drawn = (np.arange(CENTRES) + 0.5) / CENTRES
         middle = p[np.searchsorted(np.cumsum(w), drawn).clip(0, self._count - 1)]
         dx, dy = middle[:, 0:1] - p[:, 0], middle[:, 1:2] - p[:, 1]
@@ -292,7 +316,7 @@ class Localization:
         spread = 0.5 * (c[0, 0] + c[1, 1]) + math.hypot(0.5 * (c[0, 0] - c[1, 1]), c[0, 1])
         return bool(
             self._mass >= Validity.MASS
-            and spread <= Validity.DEVIATION**2
+            and spread <= self._deviation**2
             and c[2, 2] <= Validity.HEADING**2
             and self._fast >= Validity.EXPLAINED * self._usual
         )

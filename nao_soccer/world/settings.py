@@ -31,6 +31,13 @@ class WorldSettings(Settings):
     unseen: float = number(
         10.0, 1.0, 300.0, "s", "Longest time without a landmark, for which the own pose is valid."
     )
+    deviation: float = number(
+        0.25, 0.05, 5.0, "m", "Largest standard deviation of a valid pose's place."
+    )
+    tilt_time: float = number(
+        0.0, 0.0, 60.0, "s", "Time constant of the error of the camera's tilt, which each particle "
+        "holds besides its pose; 0 = none does. Landmarks that are far away need it.",
+    )  # fmt: skip
     slowdown: float = number(
         BALL_DECELERATION, 0.0, 5.0, "m/s^2", "Deceleration of a rolling ball."
     )

@@ -348,8 +348,67 @@ def test_one_landmark_that_is_known_tells_the_half_of_who_knows_its_place():
     assert not localization.estimate().valid
     localization.see(Evidence.of(Percepts(0, objects=seen), field))
     assert localization.estimate().valid
-    localization.judge_half(-11.0)
+    for _ in range(3):
+        localization.judge_half(-11.0)
+    own = localization.estimate()
+    assert own.valid
+    assert own.pose[:2] == pytest.approx((0.5, 0.3), abs=0.1), "not turned into the other half"
     for _ in range(20):  # the other one: it is somewhere else
         other = (Percept(Kind.POLE, (1.5, 0.7), (1e-3, 0.0, 1e-3), place=1),)
         localization.see(Evidence.of(Percepts(0, objects=other), field))
     assert not localization.estimate().valid
+
+
+def _pole_seen(pole: Pole, index: int, pose: Pose2, further: float = 0.0) -> Percepts:
+    """An image of one pole, `further` standard deviations too far away; known by its place."""
+    ((x, y),) = seen_from(pose, np.array([(pole.x, pole.y)])).tolist()
+    far = math.hypot(x, y)
+    along, across = 0.03 * far * far, 0.02 * far
+    scale = 1.0 + further * along / far
+    ux, uy = x / far, y / far
+    difference = along**2 - across**2
+    covariance = (
+        across**2 + difference * ux * ux, difference * ux * uy, across**2 + difference * uy * uy
+    )
+    pole_seen = Percept(Kind.POLE, (scale * x, scale * y), covariance, place=index)
+    return Percepts(0, objects=(pole_seen,))
+
+
+@pytest.mark.parametrize("further", [-1.0, 1.0])
+def test_a_camera_whose_tilt_is_wrong_for_seconds_is_noticed_by_landmarks_near_and_far(
+    further: float,
+):
+    """All of them seem too far or too near: no pose explains that, an error of the tilt does."""
+    poles = tuple(Pole(x=x, y=y) for x, y in ((1.5, 0.5), (6.0, -1.0), (0.0, 5.0), (-0.5, -1.5)))
+    errors = {}
+    for tilt_time in (0.0, 5.0):
+        settings = WorldSettings(poles=poles, tilt_time=tilt_time)
+        field = FieldMap(settings.field, settings.goals, poles)
+        localization = Localization(field, settings)
+        localization.start(((0.2, 0.1, 0.3),))
+        worst = 0.0
+        for count in range(240):
+            localization.move(Displacement((0.0, 0.0, 0.0), np.eye(3) * 1e-8), 0.04)
+            index = count // 10 % len(poles)
+            image = _pole_seen(poles[index], index, (0.2, 0.1, 0.3), further)
+            localization.see(Evidence.of(image, field))
+            if count >= 120:
+                x, y, _ = localization.estimate().pose
+                worst = max(worst, math.hypot(x - 0.2, y - 0.1))
+        errors[tilt_time] = worst
+    assert errors[5.0] < 0.5 * errors[0.0]
+
+
+def test_a_lost_robot_that_sees_one_known_landmark_at_a_time_finds_its_place():
+    poles = (Pole(x=0.0, y=3.0), Pole(x=0.0, y=-3.0))
+    settings = WorldSettings(poles=poles)
+    field = FieldMap(settings.field, settings.goals, poles)
+    localization = Localization(field, settings)
+    localization.start(((1.5, 1.0, 2.5),))
+    true = (-0.7, -0.5, -0.4)
+    for count in range(150):
+        index = count // 5 % 2
+        localization.see(Evidence.of(_pole_seen(poles[index], index, true), field))
+    own = localization.estimate()
+    assert own.valid
+    assert own.pose == pytest.approx(true, abs=0.25)

@@ -2,6 +2,7 @@
 
 import math
 import statistics
+import sys
 from collections.abc import Iterator
 
 from gait_lab.bench.options import Option, Options
@@ -31,7 +32,8 @@ def _command(text: str) -> str:
         "players": Option(2, "players of each team of a match; 0 = no match", "N", minimum=0,
                           maximum=11),
         "length": Option(300.0, "length of each half [s]", "S", minimum=10.0, maximum=300.0),
-        "halves": Option(1, "halves of the match", "N", minimum=1, maximum=2),
+        "halves": Option(1, "halves; each two are a match, with errors of their own", "N",
+                         minimum=1, maximum=100),
         "against": Option("", "command that starts a player of another team, with {port} and "
                           "{number}", "COMMAND", parse=_command),
         "exact": Option(False, "percepts without errors, misses and delay"),
@@ -64,11 +66,14 @@ def rcss_match(options: Options) -> Iterator[Row | str]:
             yield from server_rows("rcss", ("alone_median", "s", statistics.median(times)))
     if options.players:
         size = options.players
-        played = [
-            play(robot, (size, size), options.length, exact=options.exact,
-                 against=options.against, half=half)
-            for half in range(options.halves)
-        ]  # fmt: skip
+        played = []
+        for index in range(options.halves):
+            played.append(
+                play(robot, (size, size), options.length, exact=options.exact,
+                     against=options.against, half=index % 2, seed=options.seed + index)
+            )  # fmt: skip
+            left, right = played[-1].score
+            sys.stderr.write(f"half {index + 1} of {options.halves}: {left}:{right}\n")
         seconds = sum(each.seconds for each in played)
         minutes = (size if options.against else 2 * size) * seconds / 60.0
         cpu = statistics.median(each for half in played for each in half.cpu)
@@ -82,6 +87,7 @@ def rcss_match(options: Options) -> Iterator[Row | str]:
             ("get_ups", "1/min", sum(each.get_ups for each in played) / minutes),
             ("put_back", "1/min", sum(each.put_back for each in played) / minutes),
             ("one_striker", "%", 100.0 * statistics.fmean(each.one_striker for each in played)),
+            ("unsure", "%", 100.0 * statistics.fmean(each.unsure for each in played)),
             ("real_time", "", seconds / sum(each.wall for each in played)),
             ("cycle_p50", "ms", 1e3 * cpu),
             ("server", "ms", 1e3 * CYCLE * sum(each.server for each in played) / seconds),
@@ -91,5 +97,6 @@ def rcss_match(options: Options) -> Iterator[Row | str]:
         "8 m from the goal, robot 1 to 3 m from the ball, in any direction and not told where; "
         f"goal within {LIMIT:g} s. match: left is ours; falls, get-ups and put-backs for each "
         "of our robots and minute; a process for each team of ours and one for the server, which "
-        "does not wait for real time. server: its processor time of a cycle, physics and messages."
+        "does not wait for real time. unsure: share of the upright robots' time without a valid "
+        "pose. server: its processor time of a cycle, physics and messages."
     )
