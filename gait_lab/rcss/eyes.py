@@ -43,8 +43,8 @@ class ServerEyes:
     """
 
     def __init__(
-        self, robot: RobotDescription, field: ServerField, team: str, number: int, seed: int,
-        *, exact: bool,
+        self, robot: RobotDescription, field: ServerField, team: str, number: int,
+        *, exact: bool, seed: int = 0,
     ) -> None:  # fmt: skip
         errors = load_percept_errors()
         reach = IMAGE.fx / MEASURED_FOCAL * OBJECTS / field.size

@@ -98,7 +98,7 @@ class ServerPlayer:
             duel=DuelSettings(receive_ahead=4.0, receive_aside=0.08),  # where a kick ends
         )
         self._orders = GaitOrders(gait, self._size, BALL)
-        self._eyes = ServerEyes(robot, self._field, team, number, seed, exact=exact)
+        self._eyes = ServerEyes(robot, self._field, team, number, exact=exact, seed=seed)
         self.command: VelocityCommand = STANDSTILL
         self.start: Pose2 | None = None
         self.speech: bytes | None = None
