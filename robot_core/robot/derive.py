@@ -265,10 +265,11 @@ def _legs(
         if len(leg) != LEG_JOINTS:
             held = ", ".join(_without_range(element, tree, leg))
             beside = f"; not driven: {held}" if held else ""
+            got = f"{len(leg)} joints: {', '.join(leg)}" if leg else f"no foot on the {side}"
             raise NaoGaitError(
-                f"{side} leg of {path}", f"{len(leg)} joints: {', '.join(leg) or 'none'}{beside}",
-                "six joints from the hip to the foot; name left_leg and right_leg in the robot "
-                "file if other joints are meant",
+                f"{side} leg of {path}", f"{got}{beside}",
+                "six joints from the hip to the foot, x of the root ahead or back and z up; name "
+                "left_leg and right_leg in the robot file if other joints are meant",
             )  # fmt: skip
         legs.append(_roles(leg, tree, side, path))
     return legs[0], legs[1]

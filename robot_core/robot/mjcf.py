@@ -52,7 +52,7 @@ def urdf_of_mjcf(path: Path) -> str:
     except NaoGaitError:
         raise
     except (ValueError, RuntimeError, MemoryError) as error:
-        allowed = "a model that MuJoCo can read"
+        allowed = "a model that MuJoCo can read, such as the scene that includes this file"
         raise NaoGaitError(f"MJCF {path}", str(error), allowed) from error
     for number in range(model.neq):
         kind = mujoco.mjtEq(int(model.eq_type[number]))

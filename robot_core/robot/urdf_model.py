@@ -123,7 +123,10 @@ class UrdfModel:
             NaoGaitError: There is no such joint, or its limits are not usable.
         """
         where = f"joint {name} in {self._path}"
-        allowed = "a revolute joint with finite limits, lower < upper, velocity and effort over 0"
+        allowed = (
+            "a revolute joint with finite limits, lower < upper, velocity and effort over 0; or "
+            "`joints` in the robot file without it, if it cannot be driven"
+        )
         joint = self._joints.get(name)
         if joint is None:
             raise NaoGaitError(where, "missing", allowed)

@@ -306,6 +306,15 @@ def toed(root: ET.Element) -> None:
     ET.SubElement(joint, "limit", lower="-1", upper="1", effort="1", velocity="1")
 
 
+def sideways(root: ET.Element) -> None:
+    """Put a root above the T1's, which looks along its y."""
+    ET.SubElement(root, "link", name="pelvis")
+    joint = ET.SubElement(root, "joint", name="pelvis_joint", type="fixed")
+    ET.SubElement(joint, "origin", rpy="0 0 1.5708")
+    ET.SubElement(joint, "parent", link="pelvis")
+    ET.SubElement(joint, "child", link="base_link")
+
+
 def footless(root: ET.Element) -> None:
     """Remove the shapes and the sole links of both feet."""
     for name in ("l_sole", "r_sole", "l_ankle", "r_ankle"):
@@ -332,6 +341,7 @@ def without_soles(root: ET.Element) -> None:
         (fixed("Left_Hip_Yaw"), ("left leg", "5 joints", "six joints from the hip")),
         (as_continuous, ("left leg", "5 joints", "not driven: part_", "(continuous)")),
         (toed, ("left leg", "7 joints", "six joints from the hip")),
+        (sideways, ("left leg", "x of the root ahead or back and z up")),
         (footless, ("sole of what joint", "a box under the foot")),
     ],
 )

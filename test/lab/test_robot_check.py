@@ -18,7 +18,8 @@ def test_a_shipped_robot_stands_and_is_drawn(
 ) -> None:
     assert main(["robot", "check", "booster_t1", "-o", str(tmp_path / "t1.png")]) == 0
     said = capsys.readouterr().out
-    for words in ("31.61 kg", "Waist", "numeric", "stands", "hardest"):
+    for words in ("31.61 kg", "Waist", "numeric", "stands", "of 60 N m on one leg\n",
+                  "30 mm below the ankle"):  # fmt: skip
         assert words in said
     assert (tmp_path / "t1.png").read_bytes().startswith(b"\x89PNG")
 
@@ -84,6 +85,17 @@ def test_a_motor_that_is_too_weak_to_stand_is_named(
     said = capsys.readouterr().err
     assert "Knee_Pitch: got '3.5 N m'" in said
     assert "which the stand pose needs" in said
+
+
+def test_a_motor_that_is_too_weak_for_a_step_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    motors = yaml.safe_load(find("robots", "booster_t1").read_text())["motors"]
+    hips = next(each for each in motors if "Left_Hip_Roll" in each["joints"])
+    hips["stall_torque"] = 15.0
+    given = changed(tmp_path, motors=motors)
+    assert main(["robot", "check", given, "-o", str(tmp_path / "t1.png")]) == 0
+    assert "Left_Hip_Roll: 14 of 10.5 N m on one leg, too much" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
