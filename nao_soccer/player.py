@@ -130,7 +130,7 @@ class Player:
             planner=planner,
             duel=duel,
         )
-        self._looking = Looking(self.world.map)
+        self._looking = Looking(self.world.map, settings.sight)
         self._roles = RoleChoice(identity.player)
         self._decision: Decision | None = None
         self._state: WorldState | None = None

@@ -26,8 +26,8 @@ LOST_SHARE = 0.6
 """Share of the time in which the head searches for landmarks while the pose is not valid."""
 LOST_PERIOD = 4.0
 """[s] Period of this change between ball and landmarks."""
-RANGE = 0.4, 3.5
-"""[m] Nearest and furthest landmarks that help."""
+NEAREST, SIGHT = 0.4, 3.5
+"""[m] Nearest and, of a NAO, furthest landmark that helps."""
 PAN_MAX = 1.4
 """[rad] Bearing up to which a landmark can be looked at."""
 HALF_VIEW = 0.35
@@ -64,9 +64,10 @@ BALL_RADIUS = 0.05
 
 
 class Looking:
-    """Chooses what the head looks at."""
+    """Chooses what the head looks at; `sight` [m] is how far away a landmark helps."""
 
-    def __init__(self, field: FieldMap) -> None:
+    def __init__(self, field: FieldMap, sight: float = SIGHT) -> None:
+        self._sight = sight
         self._landmarks = np.unique(
             np.concatenate([rows[:, :2] for rows in field.landmarks.values()]).round(3), axis=0
         )
@@ -120,7 +121,7 @@ class Looking:
         if not own.valid:
             return None
         places = seen_from(own.pose, self._landmarks)
-        gain = gains(places, turned(own))
+        gain = gains(places, turned(own), self._sight)
         best = int(np.argmax(gain))
         if gain[best] <= 0.0:
             return None
@@ -132,14 +133,14 @@ class Looking:
         return LookAt((x, y, 0.0), Frame.FOOTPRINT)
 
 
-def gains(places: FloatArray, prior: FloatArray) -> FloatArray:
+def gains(places: FloatArray, prior: FloatArray, sight: float = SIGHT) -> FloatArray:
     """Decrease [m^2] (n,) of the pose's variance by all in view, if looking at each landmark.
 
     Landmarks (n, 2) [m] are in base_footprint, the covariance (3, 3) of the pose in its own axes; 0
     for landmarks that cannot be seen.
     """
     distance, bearing = np.hypot(*places.T), np.arctan2(places[:, 1], places[:, 0])
-    seen = (distance > RANGE[0]) & (distance < RANGE[1]) & (np.abs(bearing) < PAN_MAX)
+    seen = (distance > NEAREST) & (distance < sight) & (np.abs(bearing) < PAN_MAX)
     information = _information(distance, bearing) * seen[:, None, None]
     together = (np.abs(bearing[:, None] - bearing) < HALF_VIEW) & seen
     by_view = np.einsum("ij,jkl->ikl", together.astype(float), information)

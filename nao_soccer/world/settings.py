@@ -31,6 +31,7 @@ class WorldSettings(Settings):
     unseen: float = number(
         10.0, 1.0, 300.0, "s", "Longest time without a landmark, for which the own pose is valid."
     )
+    sight: float = number(3.5, 0.5, 50.0, "m", "Furthest landmark that is worth a look.")
     deviation: float = number(
         0.25, 0.05, 5.0, "m", "Largest standard deviation of a valid pose's place."
     )
