@@ -199,7 +199,10 @@ def _add_shape(link: ET.Element, tag: str, model: Any, geom: int, anchor: FloatA
     import mujoco
 
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
-    place = np.asarray(model.geom_pos[geom]) - anchor
+    place, turn = np.asarray(model.geom_pos[geom]) - anchor, model.geom_quat[geom]
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, turn)
+    rotation = matrix.reshape(3, 3)
     if kind in (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD):
         return
     element = ET.SubElement(link, tag)
@@ -211,13 +214,19 @@ def _add_shape(link: ET.Element, tag: str, model: Any, geom: int, anchor: FloatA
         if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
             length += 2.0 * float(size[0])
         ET.SubElement(geometry, "cylinder", radius=repr(float(size[0])), length=repr(length))
-    else:  # a box, or the box around a mesh or an ellipsoid
+    elif kind == mujoco.mjtGeom.mjGEOM_MESH:
+        # In the axes of the body: those of the mesh are its axes of inertia, in which a sole tilts.
+        mesh = int(model.geom_dataid[geom])
+        first = int(model.mesh_vertadr[mesh])
+        points = model.mesh_vert[first : first + int(model.mesh_vertnum[mesh])] @ rotation.T
+        low, high = points.min(axis=0), points.max(axis=0)
+        place, turn = place + 0.5 * (low + high), np.array((1.0, 0.0, 0.0, 0.0))
+        ET.SubElement(geometry, "box", size=_words(high - low))
+    else:  # a box, or the box around an ellipsoid
         centre, half = model.geom_aabb[geom][:3], model.geom_aabb[geom][3:]
-        rotation = np.empty(9)
-        mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
-        place = place + rotation.reshape(3, 3) @ centre
+        place = place + rotation @ centre
         ET.SubElement(geometry, "box", size=_words(2.0 * half))
-    _origin(element, place, model.geom_quat[geom])
+    _origin(element, place, turn)
     red, green, blue, alpha = map(float, model.geom_rgba[geom])
     material = ET.SubElement(element, "material", name=f"color_{geom}")
     ET.SubElement(material, "color", rgba=f"{red:.4g} {green:.4g} {blue:.4g} {alpha:.4g}")

@@ -116,6 +116,18 @@ def test_a_sole_is_below_the_ankle_whatever_the_axes_of_the_foot_and_the_origin_
     np.testing.assert_allclose(places[1], places[0], atol=1e-6)
 
 
+def test_a_sole_that_is_a_mesh_is_level(tmp_path: Path, walker: RobotDescription) -> None:
+    # A wedge, whose axes of inertia are tilted.
+    corners = [f"{x} {y} {z}" for x, top in ((-0.06, 0.02), (0.1, -0.03))
+               for y in (-0.04, 0.04) for z in (-0.04, top)]  # fmt: skip
+    box = '<geom type="box" pos=".02 0 -.03" size=".08 .04 .01" mass=".2"/>'
+    text = model().replace(box, '<geom type="mesh" mesh="wedge" mass=".2"/>')
+    asset = f'<asset><mesh name="wedge" vertex="{"  ".join(corners)}"/></asset><worldbody>'
+    (tmp_path / "walker.xml").write_text(text.replace("<worldbody>", asset))
+    outline = load_robot(tmp_path / "walker.xml").sole_outline
+    np.testing.assert_allclose(sorted(outline), sorted(walker.sole_outline), atol=2e-4)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
