@@ -44,7 +44,7 @@ PLANS = PlanSettings(dribble_speed=0.1, past=5.0)
 PACE = 1.2
 """Share of a NAO's speeds that is asked for: the field is large, the floor even and hard."""
 TEAM_SIZE, NUMBER_MAX = 11, 99
-UNSEEN, SIGHT, DEVIATION, TILT_TIME = 40.0, 7.0, 0.5, 5.0
+UNSEEN, SIGHT, DEVIATION = 40.0, 7.0, 0.5
 """Of `WorldSettings`: the landmarks are up to 20 m apart, few are seen, and from afar."""
 
 
@@ -91,7 +91,7 @@ class ServerPlayer:
             robot,
             WorldSettings(
                 field=ground, goals=goals, poles=self._field.poles, seed=seed,
-                unseen=UNSEEN, sight=SIGHT, deviation=DEVIATION, tilt_time=TILT_TIME,
+                unseen=UNSEEN, sight=SIGHT, deviation=DEVIATION,
             ),
             limits=limits,
             planner=Planner(kicks, limits, ground, goals, PLANS),

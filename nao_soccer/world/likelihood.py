@@ -9,7 +9,6 @@ therefore tempered.
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -119,23 +118,23 @@ class Evidence:
 
 
 def log_likelihood(
-    evidence: Evidence, poses: FloatArray, field: FieldMap, further: FloatArray | None = None
+    evidence: Evidence, poses: FloatArray, field: FieldMap, tilt: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Log-likelihoods (n,) of an image for poses (n, 3) of base_footprint in `field`.
 
-    And the share of the evidence (n,) that each pose explains. `further` (n,): by how many standard
-    deviations all percepts are too far away, by an error of the camera's tilt.
+    And the share of the evidence (n,) that each pose explains. `tilt` (n,): by how many standard
+    deviations all percepts are too far away, because the camera looks lower than it is thought to.
     """
     c, s = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
     total = np.zeros(len(poses))
     explained = np.zeros(len(poses))
     count = len(evidence.points)
     if count:
-        each = _points(evidence, poses, c, s, field, further)
+        each = _points(evidence, poses, c, s, field, tilt)
         share = evidence.line_weight / count
         total += share * _mixed(each, explained, share)
     for landmark in evidence.landmarks:
-        each = _landmark(landmark, poses, c, s, field, further)[:, None]
+        each = _landmark(landmark, poses, c, s, field, tilt)[:, None]
         total += landmark.weight * _mixed(each, explained, landmark.weight)
     return total, explained / max(evidence.weight, 1e-9)
 
@@ -153,19 +152,19 @@ def _mixed(square: FloatArray, explained: FloatArray, weight: float) -> FloatArr
 
 
 def _nearer(
-    position: FloatArray, covariance: FloatArray, further: FloatArray | None
+    position: FloatArray, covariance: FloatArray, tilt: FloatArray | None
 ) -> tuple[FloatArray, FloatArray]:
     """x, y of percepts (m, 2) without the error that makes them seem further away: (m,) or (n, m).
 
     Their covariances (m, 3) hold the map's variance.
     """
     x, y = position.T
-    if further is None:
+    if tilt is None:
         return x, y
     xx, xy, yy = covariance.T
     square = np.maximum(x * x + y * y, 1e-6)
     variance = (x * x * xx + 2.0 * x * y * xy + y * y * yy) / square - MAP_VARIANCE
-    scale = 1.0 - further[:, None] * np.sqrt(np.maximum(variance, 0.0) / square)
+    scale = 1.0 - tilt[:, None] * np.sqrt(np.maximum(variance, 0.0) / square)
     return scale * x, scale * y
 
 
@@ -175,10 +174,10 @@ def _points(
     c: FloatArray,
     s: FloatArray,
     field: FieldMap,
-    further: FloatArray | None,
+    tilt: FloatArray | None,
 ) -> FloatArray:
     """(n, m) squared distances of the line points from the nearest line."""
-    px, py = _nearer(evidence.points, evidence.covariances, further)
+    px, py = _nearer(evidence.points, evidence.covariances, tilt)
     xx, xy, yy = evidence.covariances.T
     distance, nx, ny = field.nearest(
         poses[:, 0:1] + c * px - s * py, poses[:, 1:2] + s * px + c * py
@@ -196,13 +195,13 @@ def _landmark(
     c: FloatArray,
     s: FloatArray,
     field: FieldMap,
-    further: FloatArray | None = None,
+    tilt: FloatArray | None = None,
 ) -> FloatArray:
     """(n,) squared distance of a landmark from the nearest one of its kind on the map."""
     candidates = landmark.candidates(field)
     dx = candidates[:, 0] - poses[:, 0:1]
     dy = candidates[:, 1] - poses[:, 1:2]
-    px, py = _nearer(landmark.position[None], np.array((landmark.covariance,)), further)
+    px, py = _nearer(landmark.position[None], np.array((landmark.covariance,)), tilt)
     ex = c * dx + s * dy - px
     ey = c * dy - s * dx - py
     xx, xy, yy = landmark.covariance
@@ -277,71 +276,3 @@ def _standing(places: FloatArray, yaw: FloatArray, seen: FloatArray) -> FloatArr
     x = places[:, 0] - c * seen[0] + s * seen[1]
     y = places[:, 1] - s * seen[0] - c * seen[1]
     return np.column_stack((x, y, yaw))
-
-
-class Linearized(NamedTuple):
-    """An image near a pose: k measurements of how far a percept is from its place on the map.
-
-    Attributes:
-        pose: (k, 3) derivatives by x, y and yaw of the pose in `field`.
-        bias: (k, 2) changes [m] by a deviation of all percepts along and across the line of sight.
-        weight: (k,) [1/m^2] Inverse variance, times the share of right percepts and the tempering.
-    """
-
-    pose: FloatArray
-    bias: FloatArray
-    weight: FloatArray
-
-
-def linearized(evidence: Evidence, pose: FloatArray, field: FieldMap) -> Linearized:
-    """An image with evidence as measurements that are linear near a pose (3,) in `field`.
-
-    A point on a line tells the distance across the line, a landmark its place along and across
-    the line of sight.
-    """
-    count, landmarks = len(evidence.points), evidence.landmarks
-    places, stated = evidence.points, evidence.covariances
-    if landmarks:
-        places = np.concatenate((places, [each.position for each in landmarks]))
-        stated = np.concatenate((stated, [each.covariance for each in landmarks]))
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    turn = np.array(((c, -s), (s, c)))
-    offset = places @ turn.T
-    covariances = turn @ stated[:, (0, 1, 1, 2)].reshape(-1, 2, 2) @ turn.T
-    along = offset / np.maximum(np.hypot(*offset.T), 1e-6)[:, None]
-    across = np.column_stack((-along[:, 1], along[:, 0]))
-    near = field.nearest(pose[0] + offset[:count, 0], pose[1] + offset[:count, 1])
-    normal = np.column_stack((near.x, near.y))
-
-    # One row for each measurement: the percept, and the direction in which it is compared.
-    percept = np.concatenate((np.arange(len(places)), np.arange(count, len(places))))
-    direction = np.concatenate((normal, along[count:], across[count:]))
-    variance = np.maximum(_along(direction, covariances[percept]), MAP_VARIANCE)
-    cc, ss = np.full((1, 1), c), np.full((1, 1), s)
-    fits = [_landmark(each, pose[None], cc, ss, field)[0] for each in landmarks]
-    square = np.concatenate((near.distance**2 / variance[:count], fits, fits))
-    weights = [each.weight for each in landmarks]
-    share = np.array([evidence.line_weight / max(1, count)] * count + weights + weights)
-    sight = np.stack((along, across), axis=-1)
-    spread = [np.sqrt(np.maximum(_along(each, covariances) - MAP_VARIANCE, 0.0))
-              for each in (along, across)]  # fmt: skip
-    bias = (sight * np.stack(spread, axis=-1)[:, None, :])[percept]
-    lever = np.column_stack((-offset[:, 1], offset[:, 0]))[percept]
-    return Linearized(
-        np.column_stack((direction, np.einsum("ki,ki->k", direction, lever))),
-        np.einsum("ki,kij->kj", direction, bias),
-        share * _right(square) / variance,
-    )
-
-
-def _along(direction: FloatArray, covariance: FloatArray) -> FloatArray:
-    """(n,) variances along directions (n, 2) of covariances (n, 2, 2)."""
-    result: FloatArray = np.einsum("ni,nij,nj->n", direction, covariance, direction)
-    return result
-
-
-def _right(square: FloatArray) -> FloatArray:
-    """Probability that percepts are right, by their squared distances in deviations."""
-    fit = (1.0 - WRONG) * np.exp(-0.5 * square)
-    result: FloatArray = fit / (fit + WRONG)
-    return result

@@ -1,9 +1,12 @@
 """Where am I: Monte Carlo localisation (Fox, Burgard, Dellaert, Thrun 1999).
 
 Particles live at the time of the last image that was used; odometry carries their estimate on to
-the present. A pose and its point reflection at the centre of the field (`mirrored`) look the same.
-The particles hold one of the two, by history; the odds that it is the right one are kept beside
-them, and change by what team mates tell.
+the present. Each holds, besides its pose, the error of the camera's tilt: that is the same for
+seconds, which images do not average, and moves what is far away most.
+
+A pose and its point reflection at the centre of the field (`mirrored`) look the same. The particles
+hold one of the two, by history; the odds that it is the right one are kept beside them, and change
+by what team mates tell.
 """
 
 import math
@@ -11,7 +14,6 @@ import math
 import numpy as np
 
 from nao_soccer.world.field_map import FieldMap
-from nao_soccer.world.lasting_errors import LASTING, LastingErrors
 from nao_soccer.world.likelihood import Evidence, log_likelihood, poses_from
 from nao_soccer.world.odometry import Displacement
 from nao_soccer.world.settings import WorldSettings
@@ -25,8 +27,11 @@ ROUGHENING = (0.012, 0.012, 0.008)
 """[m, m, rad] Deviations that are added to each particle when it is drawn."""
 CLUSTER = (1.2, 0.3)
 """[deviations of a valid pose, rad] Particles that are nearer than this are in one cluster."""
-SYSTEMATIC = (0.01, 0.01, 0.005)
-"""[m, m, rad] Deviations by errors of base_footprint and of the map, which last."""
+TILT, TILT_TIME = 0.67, 5.0
+"""Share of this error in the deviation that vision states along the line of sight, and its time
+constant [s]: a first-order Gauss-Markov process."""
+SYSTEMATIC = (0.01, 0.01, 0.01)
+"""[m, m, rad] Deviations by errors of base_footprint, map and the camera's pan, which last."""
 CENTRES = 20
 """Number of particles, drawn by weight, that are tried as the middle of the heaviest cluster."""
 FAST, SLOW = 0.25, 0.02
@@ -97,10 +102,8 @@ class Localization:
         self.weights = np.full(self._count, 1.0 / self._count)
         self._mean = np.zeros(3)
         self._covariance = np.eye(3)
-        self._lasting = LastingErrors()
         self._deviation = settings.deviation
-        self._tilt_time = settings.tilt_time
-        self._further = self._random_tilt(self._count) if self._tilt_time else None
+        self._tilt = self._random_tilt(self._count)
         self._mass = 0.0
         self._odds = 0.0
         self._fast = self._usual = USUAL
@@ -147,7 +150,6 @@ class Localization:
         self.weights = np.full(self._count, 1.0 / self._count)
         self._follow(_mean(particles, self.weights))
         self._good, self._bad, self._fast = 0, 0, self._usual
-        self._lasting = LastingErrors()
         self._find_cluster()
 
     def _follow(self, pose: FloatArray) -> None:
@@ -156,8 +158,8 @@ class Localization:
         self._slack = self._deviation, SAME_HEADING
 
     def _random_tilt(self, count: int) -> FloatArray:
-        """(count,) errors of the camera's tilt, in standard deviations of what vision states."""
-        return LASTING * self._random.standard_normal(count)
+        """(count,) errors of the tilt, in deviations along the line of sight that vision states."""
+        return TILT * self._random.standard_normal(count)
 
     # -- filter ------------------------------------------------------------------------------------
 
@@ -170,20 +172,17 @@ class Localization:
         self.particles = _composed(self.particles, noise)
         self._mean = np.array(compose(_pose(self._mean), motion.offset))
         self._covariance = _carried(self._covariance, self._mean[2], motion)
-        self._lasting.move(_jacobian(self._mean[2], motion))
         self._reference = np.array(compose(_pose(self._reference), motion.offset))
         self._unseen += seconds
-        if self._further is not None:  # a first-order Gauss-Markov process
-            keep = math.exp(-seconds / self._tilt_time)
-            fresh = self._random_tilt(self._count)
-            self._further = keep * self._further + math.sqrt(1.0 - keep * keep) * fresh
+        keep = math.exp(-seconds / TILT_TIME)
+        fresh = self._random_tilt(self._count)
+        self._tilt = keep * self._tilt + math.sqrt(1.0 - keep * keep) * fresh
 
     def see(self, evidence: Evidence) -> None:
         """Weigh the particles by one image, draw new ones, find the heaviest cluster."""
         if evidence.weight < 1.0:
             return
-        logs, explained = log_likelihood(evidence, self.particles, self._field, self._further)
-        self._lasting.see(evidence, self._mean, self._covariance, self._field)
+        logs, explained = log_likelihood(evidence, self.particles, self._field, self._tilt)
         weights = self.weights * np.exp(logs - logs.max())
         self.weights = weights / weights.sum()
         share = float(self.weights @ explained)
@@ -225,8 +224,7 @@ class Localization:
         index = np.searchsorted(np.cumsum(self.weights), drawn).clip(0, self._count - 1)
         noise = self._random.standard_normal((self._count, 3)) * ROUGHENING
         self.particles = self.particles[index] + noise
-        if self._further is not None:
-            self._further = self._further[index]
+        self._tilt = self._tilt[index]
         self.weights = np.full(self._count, 1.0 / self._count)
 
     def _inject(self, evidence: Evidence) -> None:
@@ -251,8 +249,7 @@ class Localization:
         # The least likely particles make room; the new ones have the usual weight.
         worst = np.argpartition(self.weights, number)[:number]
         self.particles[worst] = poses
-        if self._further is not None:
-            self._further[worst] = self._random_tilt(number)
+        self._tilt[worst] = self._random_tilt(number)
         self.weights[worst] = 1.0 / self._count
         self.weights /= self.weights.sum()
 
@@ -283,7 +280,6 @@ class Localization:
         if self._odds < FLIP:
             self.particles = mirrored(self.particles)
             self._reference = mirrored(self._reference[None])[0]
-            self._lasting.mirror()
             self._odds = -self._odds
             self._find_cluster()
 
@@ -337,7 +333,7 @@ class Localization:
         Of a robot that was shoved it is the last valid one, carried on, until most of the particles
         are at one place: the heaviest cluster may be anywhere before.
         """
-        mean, covariance = self._mean, self._covariance + self._lasting.covariance
+        mean, covariance = self._mean, self._covariance
         if self._lost and self._mass < ONE_PLACE and self._followed:
             place, heading = self._slack
             mean, covariance = self._reference, np.diag((place**2, place**2, heading**2))

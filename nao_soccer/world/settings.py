@@ -35,10 +35,6 @@ class WorldSettings(Settings):
     deviation: float = number(
         0.25, 0.05, 5.0, "m", "Largest standard deviation of a valid pose's place."
     )
-    tilt_time: float = number(
-        0.0, 0.0, 60.0, "s", "Time constant of the error of the camera's tilt, which each particle "
-        "holds besides its pose; 0 = none does. Landmarks that are far away need it.",
-    )  # fmt: skip
     slowdown: float = number(
         BALL_DECELERATION, 0.0, 5.0, "m/s^2", "Deceleration of a rolling ball."
     )
