@@ -174,7 +174,7 @@ class Localization:
         self._covariance = _carried(self._covariance, self._mean[2], motion)
         self._reference = np.array(compose(_pose(self._reference), motion.offset))
         self._unseen += seconds
-        keep = math.exp(-seconds / TILT_TIME)
+        keep = math.exp(-max(0.0, seconds) / TILT_TIME)
         fresh = self._random_tilt(self._count)
         self._tilt = keep * self._tilt + math.sqrt(1.0 - keep * keep) * fresh
 
