@@ -8,7 +8,7 @@ from robot_core.types import LEFT, Point2, Point3
 
 FALL_HORIZON = 0.1
 """Time [s] over which CoM and tilt are predicted."""
-FALL_BEYOND = 0.015
+FALL_BEYOND = 0.02
 """Distance [m] of the predicted CoM beyond all soles from which on a fall is detected."""
 FALL_TILT = 0.65
 """Predicted torso tilt [rad] above which a fall is detected."""
