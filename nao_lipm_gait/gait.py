@@ -28,7 +28,6 @@ from nao_lipm_gait.similarity import Size, image_of
 from nao_lipm_gait.status import make_status
 from nao_lipm_gait.velocity_control import HeadingHold, SpeedHold, StepMean, outside_deadband
 from nao_lipm_gait.walks.base import BodyTargets, MakeObserver, make_walk
-from nao_lipm_gait.walks.steps import home_sole
 from nao_lipm_gait.whole_body.body_model import BodyModel
 from nao_lipm_gait.whole_body.com_placement import ComPlacement
 from nao_lipm_gait.whole_body.feed_forward import FeedForward
@@ -66,7 +65,6 @@ from robot_core.types import (
     Given,
     JointTargets,
     Point2,
-    Pose2,
     Pose6,
     SensorFrame,
     VelocityCommand,
@@ -177,7 +175,7 @@ class Gait:
         self._late = 0
         self._estimator = StateEstimator(
             self._body, self._size.parameters(p), self._dt, self.levelling, self._alignment,
-            self._ground, self._image.sole_outline, yaw_gyro=self.robot.has_yaw_gyro,
+            self._ground, yaw_gyro=self.robot.has_yaw_gyro,
         )  # fmt: skip
         motions = MotionScheduler(self.robot, self._library)
         self._modes = Modes(self._requests, motions, self._estimator, self._walk)
@@ -244,9 +242,7 @@ class Gait:
 
         # State estimation: torso orientation, measured CoM (11), odometry.
         settled = self._modes.state is STAND and not self._blend.active
-        self._estimator.update(
-            frame, expected, self._modes.state, dt, landing=self._landing(), settled=settled
-        )
+        self._estimator.update(frame, expected, self._modes.state, dt, settled=settled)
         soles = self.levelling
         self._correction.set_soles(soles.applied_pitch, soles.applied_roll, soles.applied_lean)
         if self._cautious and self.levelling.known:
@@ -387,13 +383,6 @@ class Gait:
         return JointTargets(stamp, leading, lead=leading - sent)
 
     # -- parts of the tick -------------------------------------------------------------------------
-
-    def _landing(self) -> Pose2 | None:
-        """Where the foot that swings at the measurement is going to land in Q; None if unknown."""
-        walk = self._walk
-        if walk.stopping or walk.predicted.step_count != walk.expected.step_count:
-            return None  # no foot swings, or it lands within the delay
-        return compose(walk.step_size, home_sole(-walk.expected.support, self._parameters))
 
     def _catch_up(self, frame: SensorFrame) -> tuple[int, int]:
         """Let the pendulum move on through the control periods since the last frame.

@@ -4,8 +4,7 @@ SensorFrame -> soles and CoM in the torso frame -> torso orientation -> measured
 -> odometry; and whether the robot falls, tips, or on which side it lies.
 """
 
-from collections.abc import Sequence
-from math import atan2, hypot, inf, sin
+from math import atan2, hypot, sin
 
 from nao_lipm_gait.estimation.blocked import BlockedDetector
 from nao_lipm_gait.estimation.com_measurement import (
@@ -16,7 +15,6 @@ from nao_lipm_gait.estimation.com_measurement import (
 )
 from nao_lipm_gait.estimation.fall_detection import (
     FALL_HORIZON,
-    ComBeyondSoles,
     FallDetector,
     TippingDetector,
 )
@@ -51,12 +49,10 @@ from robot_core.types import (
     LEFT,
     LIFTED,
     MOTION,
-    ON_THE_WAY,
     WALK,
     GaitState,
     Point2,
     Point3,
-    Pose2,
     PoseCovariance,
     SensorFrame,
 )
@@ -89,7 +85,6 @@ class StateEstimator:
         levelling: Learns the relative tilt of the soles.
         alignment: Measures the IMU against the soles.
         ground: Finds the tilt of the ground.
-        sole_outline: Outline of the left sole in its frame, x and y [m].
         yaw_gyro: The robot has one; the odometry then measures the yaw slip of the stance foot.
 
     Attributes:
@@ -107,7 +102,6 @@ class StateEstimator:
         levelling: SoleLevelling,
         alignment: StandAlignment,
         ground: GroundTilt,
-        sole_outline: Sequence[Point2],
         *,
         yaw_gyro: bool,
     ) -> None:
@@ -126,8 +120,6 @@ class StateEstimator:
         self._bias_jump = GyroBiasJump()
         self._lifted = False
         self._fall = FallDetector()
-        self._com_beyond = ComBeyondSoles(sole_outline)
-        self._beyond = -inf
         self._tipping = TippingDetector()
         self._lying = LyingSideDetector()
         self._yaw_over_sole = YawOverSole()
@@ -178,7 +170,6 @@ class StateEstimator:
         state: GaitState,
         dt: float,
         *,
-        landing: Pose2 | None,
         settled: bool,
     ) -> None:
         """One tick.
@@ -188,7 +179,6 @@ class StateEstimator:
             expected: Support leg at this instant, and where the walk has its sole.
             state: Mode of the gait.
             dt: Time [s] since the last frame; more than a period if frames were lost.
-            landing: Where the walk is going to put the other sole, in Q; None if not known.
             settled: The robot stands in its stand pose.
         """
         self._dt, gyro_dt = dt, min(dt, GAP_MAX)
@@ -210,13 +200,6 @@ class StateEstimator:
         com_in_sole, force_in_sole = level.coordinates(com), level.components(force)
         self.com_in_q = measured_com_in_q(com_in_sole, expected.sole_in_q)
         self.acceleration_in_q = measured_acceleration_in_q(force_in_sole, expected.sole_in_q)
-        if settled or state in ON_THE_WAY:
-            where = None if landing is None else relative(landing, expected.sole_in_q)[:2]
-            other_in_sole = level.coordinates(other.position)
-            self._beyond = self._com_beyond.update(support, com_in_sole, other_in_sole, where, dt)
-        else:
-            self._beyond = -inf
-            self._com_beyond.reset()
         self._find_ground(support, sole, com_in_sole, force_in_sole, state)
         if settled:
             left, right = self._soles
@@ -388,7 +371,6 @@ class StateEstimator:
             self.orientation.up_in_torso,
             self.orientation.tilt,
             self.angular_velocity,
-            self._beyond,
             0.0 if self._lifted else FALL_HORIZON,  # hands may turn it fast
         )
 
