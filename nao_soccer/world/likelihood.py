@@ -195,7 +195,7 @@ def _landmark(
     c: FloatArray,
     s: FloatArray,
     field: FieldMap,
-    tilt: FloatArray | None = None,
+    tilt: FloatArray | None,
 ) -> FloatArray:
     """(n,) squared distance of a landmark from the nearest one of its kind on the map."""
     candidates = landmark.candidates(field)
@@ -265,6 +265,7 @@ def _from_known(first: Landmark, second: Landmark, field: FieldMap) -> FloatArra
 
 
 def _around(landmark: Landmark, field: FieldMap) -> FloatArray:
+    """Poses (k, 3) on the circle around a known landmark from which it is seen so."""
     place = landmark.candidates(field)[:, :2]
     yaw = np.linspace(0.0, math.tau, SIDES_TRIED, endpoint=False)
     return _standing(np.repeat(place, SIDES_TRIED, axis=0), yaw, landmark.position)

@@ -110,7 +110,7 @@ class Localization:
         self._good = self._bad = 0
         self._unseen, self._unseen_max = math.inf, settings.unseen
         self._lost = True
-        self._named = False
+        self._named = False  # it has seen landmarks that are known by name
         self._reference: FloatArray
         self.spread()
 

@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from nao_soccer.world.field_map import FieldMap
+from nao_soccer.world.settings import SIGHT
 from nao_soccer.world.state import BallEstimate, HeadMode, PoseEstimate, WorldState
 from robot_core.field import seen_from
 from robot_core.geometry import rotation_from_rpy
@@ -26,8 +27,8 @@ LOST_SHARE = 0.6
 """Share of the time in which the head searches for landmarks while the pose is not valid."""
 LOST_PERIOD = 4.0
 """[s] Period of this change between ball and landmarks."""
-NEAREST, SIGHT = 0.4, 3.5
-"""[m] Nearest and, of a NAO, furthest landmark that helps."""
+NEAREST = 0.4
+"""[m] A nearer landmark does not help."""
 PAN_MAX = 1.4
 """[rad] Bearing up to which a landmark can be looked at."""
 HALF_VIEW = 0.35

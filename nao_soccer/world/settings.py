@@ -7,6 +7,8 @@ from robot_core import schema
 from robot_core.field import Field, Goals, Pole
 from robot_core.schema import Settings, group, number
 
+SIGHT = 3.5
+"""[m] How far away a NAO's vision recognises most landmarks."""
 BALL_DECELERATION = 0.3
 """[m/s^2] of a rolling ball; chosen, as the carpet of the simulation."""
 
@@ -31,7 +33,7 @@ class WorldSettings(Settings):
     unseen: float = number(
         10.0, 1.0, 300.0, "s", "Longest time without a landmark, for which the own pose is valid."
     )
-    sight: float = number(3.5, 0.5, 50.0, "m", "Furthest landmark that is worth a look.")
+    sight: float = number(SIGHT, 0.5, 50.0, "m", "Furthest landmark that is worth a look.")
     deviation: float = number(
         0.25, 0.05, 5.0, "m", "Largest standard deviation of a valid pose's place."
     )

@@ -2,7 +2,6 @@
 
 import math
 import statistics
-import sys
 from collections.abc import Iterator
 
 from gait_lab.bench.options import Option, Options
@@ -10,6 +9,7 @@ from gait_lab.bench.rows import Row
 from gait_lab.bench.suite import suite
 from gait_lab.bench.suites.rcss import ROBOT_OF, check_robot, server_rows
 from rcss_bridge.body import CYCLE
+from sim_bridge.trials.progress import Progress
 
 LIMIT = 90.0
 """[s] within which a robot alone has to score."""
@@ -67,13 +67,15 @@ def rcss_match(options: Options) -> Iterator[Row | str]:
     if options.players:
         size = options.players
         played = []
-        for index in range(options.halves):
-            played.append(
-                play(robot, (size, size), options.length, exact=options.exact,
-                     against=options.against, half=index % 2, seed=options.seed + index)
-            )  # fmt: skip
-            left, right = played[-1].score
-            sys.stderr.write(f"half {index + 1} of {options.halves}: {left}:{right}\n")
+        with Progress(total=options.halves, desc="halves", show=options.show) as bar:
+            for index in range(options.halves):
+                half = play(
+                    robot, (size, size), options.length, exact=options.exact,
+                    against=options.against, half=index % 2, seed=options.seed + index,
+                )  # fmt: skip
+                played.append(half)
+                bar.set_postfix_str("{}:{}".format(*half.score), refresh=False)
+                bar.update()
         seconds = sum(each.seconds for each in played)
         minutes = (size if options.against else 2 * size) * seconds / 60.0
         cpu = statistics.median(each for half in played for each in half.cpu)
