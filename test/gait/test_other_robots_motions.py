@@ -12,14 +12,17 @@ from sim_bridge.trials.get_up import GetUpSpec, get_up
 from sim_bridge.trials.kick import KickSpec, kick
 
 
-@pytest.mark.parametrize("motion", ["kick_front_right", "kick_side_left"])
+@pytest.mark.parametrize(
+    ("name", "motion"),
+    [("op3", "kick_front_right"), ("op3", "kick_side_left"), ("booster_t1", "kick_front_left")],
+)
 @pytest.mark.usefixtures("mujoco_only")
-def test_the_ball_rolls_where_it_is_meant_to(motion: str) -> None:
-    robot = load_robot("op3")
+def test_the_ball_rolls_where_it_is_meant_to(name: str, motion: str) -> None:
+    robot = load_robot(name)
     meant = shipped_library(robot).find(motion).kick
     assert meant is not None
     spec = KickSpec(
-        motion=motion, robot_seed=NOMINAL, urdf="op3", engine="mujoco",
+        motion=motion, robot_seed=NOMINAL, urdf=name, engine="mujoco",
         parameters=preset_for(robot, "default"),
     )  # fmt: skip
     result = kick(spec)
