@@ -315,7 +315,7 @@ def walk_all(
         replace(variant.spec(options, loop, task, seed), control_period=options.control_period)
         for variant in variants for task, loop in kinds for seed in options.seeds
     ]  # fmt: skip
-    results = iter(run_all(specs, jobs=options.jobs, show=options.show))
+    results = iter(run_all(specs, jobs=options.jobs, show=options.show, resume=options.resume))
     return [
         [Score(task, loop, tuple(islice(results, options.robots))) for task, loop in kinds]
         for _ in variants

@@ -9,7 +9,7 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,8 @@ class ResultCache:
     Args:
         path: The file; it need not exist.
         restore: Makes the result of a run, `restore(item, **values)`. The values are the fields of
-            the result but its first, which is the run itself, as JSON keeps them; lists as tuples.
+            the result but its first, which is the run itself, as JSON keeps them; lists as tuples,
+            dataclasses as mappings.
 
     Raises:
         NaoGaitError: The file cannot be read or written.
@@ -70,7 +71,7 @@ class ResultCache:
             NaoGaitError: The file cannot be written.
         """
         values = {each.name: getattr(result, each.name) for each in fields(result)[1:]}
-        text = json.dumps({_KEY: _key(item), **values})
+        text = json.dumps({_KEY: _key(item), **values}, default=asdict)
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             with self._path.open("ab", buffering=0) as out:  # one write: lines do not mix

@@ -5,9 +5,10 @@ same order as over ROS, so what is measured here is what walks there.
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
+from typing import Any
 
 from nao_lipm_gait.calibration import NOT_CALIBRATED
 from nao_lipm_gait.gait import Gait
@@ -17,6 +18,7 @@ from sim_bridge.trials.calibration import calibrate
 from sim_bridge.trials.metrics import Metrics, measure
 from sim_bridge.trials.motions import MotionOutcome, MotionWatch, ball_for
 from sim_bridge.trials.parallel import parallel_map
+from sim_bridge.trials.result_cache import ResultCache
 from sim_bridge.trials.tasks import Task
 from sim_bridge.trials.trace import Recorder, Trace
 from sim_bridge.trials.trial import (
@@ -70,6 +72,13 @@ class RolloutResult:
     trace: Trace | None = None
     motions: tuple[MotionOutcome, ...] = ()
     calibration_failed: bool = False
+
+    @classmethod
+    def restored(
+        cls, spec: RolloutSpec, metrics: Mapping[str, Any], **more: Any
+    ) -> "RolloutResult":
+        """As a `ResultCache` has kept it; not with a trace or motions."""
+        return cls(spec, Metrics(**metrics), **more)
 
     @property
     def faults(self) -> tuple[str, ...]:
@@ -140,9 +149,11 @@ def run_all(
     jobs: int | None = None,
     show: bool = True,
     label: str = "rollouts",
+    resume: str = "",
 ) -> list[RolloutResult]:
-    """All rollouts with their progress; see `parallel_map`."""
-    return parallel_map(rollout, specs, jobs=jobs, label=label, show=show, note=_note)
+    """All rollouts with their progress; see `parallel_map`. `resume`: file of finished ones."""
+    kept = ResultCache(resume, RolloutResult.restored) if resume else None
+    return parallel_map(rollout, specs, jobs=jobs, label=label, show=show, note=_note, kept=kept)
 
 
 def _note(result: RolloutResult) -> str:

@@ -174,6 +174,19 @@ def test_a_finished_run_is_not_run_again(tmp_path: Path) -> None:
     assert _RUN == [0, 1, 2, 3, 4]
 
 
+@pytest.mark.usefixtures("mujoco_only")
+def test_finished_walks_come_back_from_their_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = str(tmp_path / "walks.jsonl")
+    task = find_task("spot").lasting(0.5)
+    specs = [RolloutSpec(task, robot_seed=seed, engine="mujoco") for seed in (0, 1)]
+    walked = run_all(specs, jobs=1, show=False, resume=file)
+    monkeypatch.setattr("sim_bridge.trials.rollout.rollout", pytest.fail)
+    found = run_all(specs, jobs=1, show=False, resume=file)
+    assert repr(found) == repr(walked)
+
+
 @pytest.mark.parametrize("text", ["nonsense", "[]", '{"square": 4}'])
 def test_a_file_that_holds_no_finished_runs_is_refused_in_one_line(
     tmp_path: Path, text: str

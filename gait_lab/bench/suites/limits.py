@@ -133,7 +133,7 @@ def direction_rows(name: str, right: Sequence[Score], above: Sequence[Score]) ->
     "limits", "Commands above the limits",
     "commands of up to five times the limits in all directions, arcs, square waves",
     options={
-        "robots": 20, "window": 8.0,
+        "robots": 20, "window": 8.0, "resume": ...,
         "cases": Option(NAMES, "only this one", "NAME", ("--case",), choices=NAMES),
     },
     quick=({"robots": 2, "window": 4.0},),
