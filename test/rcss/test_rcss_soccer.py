@@ -270,9 +270,10 @@ def test_after_a_goal_all_go_back_to_their_places(field: ServerField):
     assert -1.5 < x < 0.0, "the team that kicks off stands at the ball"
 
 
-def test_a_kick_goes_past_a_robot_that_is_far_in_its_way(field: ServerField):
+@pytest.mark.parametrize("table", ["booster_k1_rcss", "booster_t1_rcss"])
+def test_a_kick_goes_past_a_robot_that_is_far_in_its_way(field: ServerField, table: str):
     limits, own, ball, robot = WalkLimits(), (-0.4, 0.0, 0.0), (0.0, 0.0), (3.0, 0.0)
-    kicks = kicks_of("booster_k1_rcss")
+    kicks = kicks_of(table)
     planner = Planner(kicks, limits, field.field, field.goals, PLANS)
     free, past = planner.choose(own, ball), planner.choose(own, ball, [robot])
     assert not free.dribbles
