@@ -41,6 +41,8 @@ def test_every_robot_has_its_stand(name: str) -> None:
     [
         ("booster_k1", "front", 40),
         pytest.param("booster_k1", "back", 41, marks=pytest.mark.slow),
+        ("booster_t1", "front", 40),
+        pytest.param("booster_t1", "back", 42, marks=pytest.mark.slow),
         pytest.param("op3", "front", 42, marks=pytest.mark.slow),
         pytest.param("op3", "back", 43, marks=pytest.mark.slow),
         pytest.param("op3", "left", 0, marks=pytest.mark.slow),
